@@ -26,10 +26,10 @@ struct RoomLoss {
 /// fractions times the part of the pixel that shows the room.
 inline RoomLoss direct_loss(const DrawnPixel& drawn, const RoomPoint& point) {
   const float whole = 1.0f / drawn.lost_sky.w;
-  const Rgb lost_sky = whole * Rgb(drawn.lost_sky);
-  const glm::vec3 received = whole * drawn.room;
+  const Rgb lost_sky = whole * Rgb(drawn.lost_sky), lost_sun = whole * drawn.lost_sun;
+  const glm::vec2 received = whole * drawn.received;
   return {point.open_sky_irradiance * received.x + point.sun_normal_irradiance * received.y + point.indirect_irradiance,
-          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * received.z};
+          point.open_sky_irradiance * lost_sky + point.sun_normal_irradiance * lost_sun};
 }
 
 /// The light between two points of a plane.
@@ -39,8 +39,9 @@ inline void mix(const RoomPoint& a, const RoomPoint& b, float t, RoomPoint& betw
 }
 
 inline bool casts_shadow(const DrawnPixel& pixel) {
+  const Rgb& sun = pixel.lost_sun;
   return pixel.lost_sky.w > 0.0f &&
-         std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, pixel.room.z}) > 0.0f;
+         std::max({pixel.lost_sky.x, pixel.lost_sky.y, pixel.lost_sky.z, sun.r, sun.g, sun.b}) > 0.0f;
 }
 
 /// The photograph's pixel after that: photo x (E - lost) / E, or photo - scale rho/pi lost (Debevec 1998; Gibson &

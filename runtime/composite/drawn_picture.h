@@ -80,7 +80,8 @@ struct DrawnPicture {
       return (1.0f - t) * ((1.0f - s) * pa + s * pb) + t * ((1.0f - s) * pc + s * pd);
     };
     return {mix(a.object, b.object, c.object, d.object), mix(a.lost_sky, b.lost_sky, c.lost_sky, d.lost_sky),
-            mix(a.room, b.room, c.room, d.room), kUnknownTriangle};
+            mix(a.received, b.received, c.received, d.received), mix(a.lost_sun, b.lost_sun, c.lost_sun, d.lost_sun),
+            kUnknownTriangle};
   }
 };
 

@@ -221,7 +221,8 @@ void Renderer::State::fill_block(int column, int row, RenderedFrame& frame) cons
   for (int y = block.y0; y < block.y1; ++y)
     for (int x = block.x0; x < block.x1; ++x) {
       const std::size_t i = pixel_index(x, y);
-      frame.at(x, y) = {object[i], lost_sky[i], glm::vec3(room_light[i]), room.triangle(room_id(i))};
+      frame.at(x, y) = {object[i], lost_sky[i], glm::vec2(room_light[i]), Rgb(room_light[i].z),
+                        room.triangle(room_id(i))};
     }
 }
 

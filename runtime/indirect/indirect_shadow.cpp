@@ -112,8 +112,8 @@ Rgb IndirectShadow::exchanged(const ContactView& view) const {
   return state_->other_objects.change(view, state_->radiance);
 }
 const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
-bool IndirectShadow::hidden_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const {
-  return state_->parts.occluded(x, direction);
+Rgb IndirectShadow::passed_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const {
+  return state_->parts.passed(x, direction);
 }
 
 double IndirectShadow::distance_to_objects(const glm::dvec3& x, double limit) const {

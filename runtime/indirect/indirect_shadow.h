@@ -70,8 +70,8 @@ public:
   ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
   Rgb exchanged(const ContactView& view) const;
   const WindowVisibility& windows() const;
-  /// An object stands on the way from a world point.
-  bool hidden_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// What of light from a direction the objects let through to a world point (PlacedParts::passed()).
+  Rgb passed_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// From a world point to the nearest surface of an object, or the limit.
   double distance_to_objects(const glm::dvec3& x, double limit_m) const;
 

@@ -70,10 +70,10 @@ Rgb NearSunlight::sunlit(const FirstReflection::Element& element, const glm::dve
   const double cosine = glm::dot(*sun_, element.normal);
   const glm::dvec3 from = point + kAirGap_m * element.normal;
   if (cosine <= 0.0 ||
-      rays_->occluded(rays_->to_local(from), glm::vec3(*sun_), 0.0f, std::numeric_limits<float>::infinity()) ||
-      (shadow_ && shadow_->hidden_by_objects(from, *sun_)))
+      rays_->occluded(rays_->to_local(from), glm::vec3(*sun_), 0.0f, std::numeric_limits<float>::infinity()))
     return Rgb(0.0f);
-  return static_cast<float>(cosine * std::numbers::inv_pi) * element.reflectance *
+  const Rgb past_objects = shadow_ ? shadow_->passed_by_objects(from, *sun_) : Rgb(1.0f);
+  return past_objects * static_cast<float>(cosine * std::numbers::inv_pi) * element.reflectance *
          windows_->met(from, *sun_, kFar).transmittance;
 }
 

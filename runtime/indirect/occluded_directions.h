@@ -119,17 +119,18 @@ inline Rgb object_radiance(const OccludedDirection& covered, std::span<const Two
   return sum;
 }
 
-/// The sun's part of the room's radiance that the object hides, none where objects keep the sun away; sample k of the
-/// sun stands for all.
+/// The sun's part of the room's radiance that the object hides, as far as objects do not keep the sun away; sample k of
+/// the sun stands for all.
 inline Rgb sunlight_behind(const OccludedDirection& covered, std::size_t k, const WindowVisibility& windows,
                            const PlacedParts& parts) {
   if (!covered.behind || !windows.has_sun())
     return Rgb(0.0f);
   const glm::dvec3& n = covered.behind->normal;
   const glm::dvec3 air = covered.position + kAirGap_m * n;
-  if (parts.occluded(air, windows.sun_direction()))
-    return Rgb(0.0f);
-  return covered.behind->reflectance * windows.sun_sample(k, air, n) * std::numbers::inv_pi_v<float>;
+  const Rgb past_objects = parts.passed(air, windows.sun_direction());
+  if (past_objects == Rgb(0.0f))
+    return past_objects;
+  return past_objects * covered.behind->reflectance * windows.sun_sample(k, air, n) * std::numbers::inv_pi_v<float>;
 }
 
 } // namespace daylit

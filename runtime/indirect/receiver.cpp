@@ -153,9 +153,7 @@ Rgb LitScene::reflected_sun(const glm::dvec3& x, const glm::dvec3& n, const Rgb&
   double skin = kAirGap_m;
   for (std::size_t k = 0; k < parts.size(); ++k)
     skin = std::max(skin, kSkin * parts.sphere(k).radius);
-  if (parts.occluded(x + skin * n, windows.sun_direction()))
-    return Rgb(0.0f);
-  return reflectance * irradiance * std::numbers::inv_pi_v<float>;
+  return parts.passed(x + skin * n, windows.sun_direction()) * reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
 /// min over the objects of |x - c| / r.

@@ -137,7 +137,7 @@ Rgb WindowVisibility::sun(const glm::dvec3& x, const glm::dvec3& n) const {
 /// By one sample for the whole disc: the edge of the sun's shadow is no sharper than the interpolation.
 Rgb WindowVisibility::lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   const Rgb arrives = sun_sample(sun_.size() / 2, x, n);
-  return arrives != Rgb(0.0f) && parts.occluded(x, sun_direction()) ? arrives : Rgb(0.0f);
+  return arrives != Rgb(0.0f) ? arrives * (1.0f - parts.passed(x, sun_direction())) : arrives;
 }
 
 } // namespace daylit

@@ -9,7 +9,7 @@
 #include <glm/matrix.hpp>
 
 #include "scene/core/orthonormal.h"
-#include "scene/material/fresnel.h"
+#include "scene/model/straight_light.h"
 
 namespace daylit {
 
@@ -107,7 +107,7 @@ void ObjectRays::closest(std::span<const WorldRay> rays, std::span<const double>
       complete(rays[k], *points[k]);
 }
 
-/// Product over the faces on the way of 1 - F, and over the ways inside of exp(-a d).
+/// Product over the faces on the way.
 Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) const {
   Rgb left(1.0f);
   WorldRay rest = ray;
@@ -115,14 +115,10 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) c
     const auto point = closest(rest, most_m, parts);
     if (!point)
       return left;
-    const ObjectMaterial* material = objects_.parts[point->part].mesh().material_or_null(point->triangle);
-    if (!material || !material->is_transparent())
-      return Rgb(0.0f);
-    const float cosine = -glm::dot(point->face_normal, ray.direction);
-    left *=
-        (1.0f - fresnel_dielectric(std::fabs(cosine), material->ior)) * material->transmission * material->base_colour;
-    if (cosine < 0.0f && !material->thin)
-      left *= glm::exp(-material->absorption_per_m() * static_cast<float>(point->distance));
+    left *= straight_transmittance(objects_.parts[point->part].mesh(), point->triangle, point->u, point->v,
+                                   glm::dot(point->face_normal, ray.direction), static_cast<float>(point->distance));
+    if (left == Rgb(0.0f))
+      return left;
     rest.origin = point->position + offset_m(point->part) * glm::dvec3(ray.direction);
     most_m -= point->distance;
   }
@@ -130,11 +126,12 @@ Rgb ObjectRays::transmittance(const WorldRay& ray, double most_m, Parts parts) c
 }
 
 /// Parallel rays from kSides directions, even on the disc that the sphere around the part shows.
-float ObjectRays::opacity(std::size_t part) const {
+Rgb ObjectRays::mean_transmittance(std::size_t part) const {
   constexpr int kSides = 16, kRays = 32;
   const BoundingSphere& sphere = placed_[part].sphere;
   const Parts alone{part, part + 1};
-  double kept = 0.0, met = 0.0;
+  Rgb passed(0.0f);
+  float met = 0.0f;
   for (int side = 0; side < kSides; ++side) {
     const double z = 1.0 - (2.0 * side + 1.0) / kSides, r = std::sqrt(1.0 - z * z), turn = 2.399963 * side;
     const glm::dvec3 towards(r * std::cos(turn), r * std::sin(turn), z);
@@ -146,11 +143,11 @@ float ObjectRays::opacity(std::size_t part) const {
                          glm::vec3(towards)};
       if (!closest(ray, 4.0 * sphere.radius, alone))
         continue;
-      kept += 1.0 - static_cast<double>(luminance(transmittance(ray, 4.0 * sphere.radius, alone)));
-      met += 1.0;
+      passed += transmittance(ray, 4.0 * sphere.radius, alone);
+      met += 1.0f;
     }
   }
-  return met > 0.0 ? static_cast<float>(kept / met) : 1.0f;
+  return met > 0.0f ? passed / met : Rgb(0.0f);
 }
 
 } // namespace daylit

@@ -46,8 +46,8 @@ public:
   /// What of light comes through the objects on the way, straight: 0 past an opaque one; of glass, what its faces do
   /// not mirror and its inside does not absorb.
   Rgb transmittance(const WorldRay& ray, double most_m) const;
-  /// Mean of 1 - transmittance() over the rays that meet the part, from all sides, as if it stood alone (luminance).
-  float opacity(std::size_t part) const;
+  /// Mean of transmittance() over the rays that meet the part, from all sides, as if it stood alone.
+  Rgb mean_transmittance(std::size_t part) const;
   /// How far from a surface of the part rays start, metres.
   double offset_m(std::size_t part) const { return placed_[part].offset_m; }
   /// Directions of the part's frame in the world, unit lengths kept.

@@ -152,7 +152,14 @@ bool PlacedParts::between(const glm::dvec3& a, const glm::dvec3& b) const {
   return false;
 }
 
-bool PlacedParts::occluded(const glm::dvec3& x, const glm::dvec3& w) const { return occluded(x, {&w, 1}) != 0; }
+Rgb PlacedParts::passed(const glm::dvec3& x, const glm::dvec3& w) const {
+  Rgb left(occluded(x, {&w, 1}) ? 0.0f : 1.0f);
+  for (std::size_t part = 0; part < casters_.size() && left != Rgb(0.0f); ++part)
+    if (const Caster& c = casters_[part]; c.part.has_glass && may_cover(c, x, w))
+      if (PartHit hit; cast(part, x, w, hit))
+        left *= c.part.transmittance;
+  return left;
+}
 
 /// Only rays that may meet a part's sphere, and are not yet blocked, are traced against it.
 std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
@@ -164,7 +171,7 @@ std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dv
     const glm::vec3 from = rays.to_local(to_own(part, x));
     std::array<std::size_t, 16> source{};
     std::size_t count = 0;
-    if (c.part.opacity < 1.0f || part == ignored)
+    if (c.part.has_glass || part == ignored)
       continue;
     for (std::size_t k = 0; k < directions.size(); ++k)
       if (!(all >> k & 1u) && may_cover(c, x, directions[k]))

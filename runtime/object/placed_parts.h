@@ -23,7 +23,8 @@ struct PlacedPart {
   std::span<const glm::vec3> positions;                    ///< own frame
   std::size_t first_vertex = 0;                            ///< in the light of all objects, without `sender`
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
-  float opacity = 1.0f;                                    ///< of glass: the part of light that it keeps from behind it
+  bool has_glass = false;
+  Rgb transmittance{0.0f}; ///< of one with glass: mean part of light from behind it that comes through straight
   /// Per vertex, where given: its place in the light of all objects, counted in the order of the vertices.
   std::span<const std::uint32_t> sender{};
 };
@@ -51,7 +52,8 @@ public:
   } ///< own frame
   /// Vertices of a part that send light, ascending.
   std::vector<std::uint32_t> senders(std::size_t which) const;
-  float opacity(std::size_t which) const { return casters_[which].part.opacity; }
+  /// The part of light from behind it that a part keeps.
+  float opacity(std::size_t which) const { return 1.0f - luminance(casters_[which].part.transmittance); }
   glm::dvec3 to_world(std::size_t which, const glm::dvec3& own) const;
   glm::dvec3 to_own(std::size_t which, const glm::dvec3& world) const;
 
@@ -66,9 +68,9 @@ public:
   double distance(std::size_t which, const glm::dvec3& x, double within_m) const; ///< of that part
   /// A surface of a part stands between two points.
   bool between(const glm::dvec3& a, const glm::dvec3& b) const;
-  /// Some part that is not of glass lies in the direction.
-  bool occluded(const glm::dvec3& x, const glm::dvec3& direction) const;
-  /// The same of up to sixteen directions: bit k is direction k. A part may be left out.
+  /// What of light from the direction comes through all parts, by the mean of those with glass; 0 behind others.
+  Rgb passed(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Up to sixteen directions: bit k is set where a part without glass lies in direction k. A part may be left out.
   static constexpr std::size_t kNone = ~std::size_t{0};
   std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
                          std::size_t ignored = kNone) const;

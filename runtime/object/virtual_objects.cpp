@@ -196,7 +196,7 @@ Result<void> append(VirtualObjects& all, std::shared_ptr<const VirtualObjects::M
   auto diffuse = per_pixel ? diffuse_vertices(mesh) : std::vector<std::uint8_t>{};
   auto sender = append_senders(*model, first, all.senders);
   all.parts.push_back(
-      {std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, 1.0f, per_pixel, std::move(diffuse)});
+      {std::move(model), first, std::move(sender), glm::dmat4(1.0), weight, per_pixel, std::move(diffuse)});
   return all.set_placement(all.parts.size() - 1, placement);
 }
 
@@ -234,22 +234,16 @@ void find_emission(VirtualObjects& all) {
 void find_glass(VirtualObjects& all) {
   const auto is_glass = [](const ObjectMaterial& m) { return m.is_transparent(); };
   const ObjectRays rays(all);
-  double opacity = 0.0, parts = 0.0;
+  std::uint32_t first_triangle = 0;
   for (std::size_t k = 0; k < all.parts.size(); ++k) {
     VirtualObjects::Part& part = all.parts[k];
-    const bool glass = part.per_pixel && std::ranges::any_of(part.mesh().materials, is_glass);
-    if (glass) {
-      part.opacity = rays.opacity(k);
-      opacity += static_cast<double>(part.opacity);
-      parts += 1.0;
+    if (std::ranges::any_of(part.mesh().materials, is_glass)) {
+      part.has_glass = true;
+      part.transmittance = rays.mean_transmittance(k);
+      all.surface.glass.push_back({std::shared_ptr<const ObjectMesh>(part.model, &part.mesh()), first_triangle});
     }
-    for (std::size_t t = 0; t < part.mesh().triangles.size(); ++t)
-      all.surface.is_glass.push_back(glass);
+    first_triangle += static_cast<std::uint32_t>(part.mesh().triangles.size());
   }
-  if (parts == 0.0)
-    all.surface.is_glass.clear();
-  else
-    all.surface.glass_opacity = static_cast<float>(opacity / parts);
 }
 
 bool mirrors_all_over(const ObjectMesh& mesh) {

@@ -43,10 +43,11 @@ struct VirtualObjects {
     std::vector<std::uint32_t> sender{};
     glm::dmat4 world_from_object{1.0};
     MeshWeight weight;                       ///< of the mesh
-    float opacity = 1.0f;                    ///< what it keeps of light that comes from behind it; below 1: glass
     bool per_pixel = false;                  ///< its material is looked up at every pixel (reflect/glossy_picture.h)
     std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
     BoundingSphere sphere{};                 ///< around its box, world
+    bool has_glass = false;
+    Rgb transmittance{0.0f}; ///< of one with glass: mean part of light from behind it that comes through straight
     /// Some of it is drawn with the light at its vertices.
     bool shows_diffuse() const {
       return !per_pixel || std::ranges::any_of(has_diffuse, [](std::uint8_t some) { return some != 0; });

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
@@ -34,8 +35,8 @@ struct DrawnPixel {
   glm::vec4 object{0.0f}; ///< reflected radiance x coverage; w = coverage by visible virtual objects
   /// Fractions of the room's direct light, each times w of `lost_sky` = part of the pixel that shows the room.
   glm::vec4 lost_sky{0.0f}; ///< of the open sky irradiance, taken by the objects, per channel
-  glm::vec3 room{0.0f};     ///< x: of the open sky, received without the objects; y, z: irradiance received without
-                            ///< the objects and taken by them, in normal irradiances of the sun
+  glm::vec2 received{0.0f}; ///< without the objects, x: of the open sky; y: of the sun, in its normal irradiances
+  Rgb lost_sun{0.0f};       ///< of that, taken by the objects, per channel
   std::uint32_t triangle = kUnknownTriangle; ///< of the room, where it is seen: saves a ray
 };
 

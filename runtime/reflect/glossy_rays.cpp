@@ -23,7 +23,6 @@ namespace {
 constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
 constexpr int kAllColours = -1;      // of a ray; else the number of the only one
 constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
-constexpr std::size_t kLightPatterns = 16;
 
 /// Points that are looked up one after the other mostly are of one material.
 const Bsdf& bsdf_of(const SurfaceMaterial& material) {
@@ -120,6 +119,7 @@ struct GlossyRays::Branch {
   std::size_t light_step = 0; ///< every how many-th light finds the sky, too; 0: none
   /// From its origin: to before the surface that it went through, which may lie on the room.
   glm::dvec3 room_from{0.0};
+  bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -131,6 +131,7 @@ struct GlossyRays::Work {
     int rays_left = 0;
     std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
     bool takes_lights = true;          ///< `u` is one of many
+    int lights = 0;                    ///< as CameraPoint
   };
   static constexpr std::uint32_t kThisTree = ~0u;
   std::vector<Tree> trees;
@@ -181,6 +182,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
          from.lobe_density * lobe->density, lobe->transmitted ? 0 : from.light_step, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
+    work.next.back().sky_is_known = lobe->transmitted && finds_sky_behind(from.inside, s);
   }
   if (work.next.size() > first)
     work.next[first].weight += left_out;
@@ -213,7 +215,10 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
     if (!s.is_sharp())
       sent += glint(point, s, turn_along(branch, point), work.trees[branch.tree].u.y);
     left.light_step = 0;
-    if (const Work::Tree& tree = work.trees[branch.tree]; tree.takes_lights && shares_sky(s))
+    const Work::Tree& tree = work.trees[branch.tree];
+    if (finds_sky_behind(branch.inside, s))
+      sent += sky_behind(point, s, tree.lights);
+    else if (!branch.inside && tree.takes_lights && shares_sky(s))
       sent += one_light(point, s, left, tree.u);
     spread(point, s, left, work);
   }
@@ -257,6 +262,8 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   room_.find_radiance({room.data(), kept});
   for (std::size_t k = 0; k < kept; ++k) {
     const Branch& b = batch[branch_of[k]];
+    if (b.sky_is_known && !room[k].end)
+      continue;
     const bool shared = b.light_step > 0 && !room[k].end;
     const float part = shared ? lobe_part(b.lobe_density, b.ray.direction, b.width_rad, b.light_step) : 1.0f;
     work.add(b.tree, part * b.weight * room[k].radiance);
@@ -291,6 +298,7 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
       work.trees.push_back(
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
       const auto tree = static_cast<std::uint32_t>(work.trees.size() - 1);
+      work.trees[tree].lights = at.lights + static_cast<int>(&u - at.places.data());
       if (s.has_sharp_coat() && !s.is_sharp()) {
         work.trees[tree].of_coat = tree + 1;
         work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});

@@ -13,6 +13,7 @@ namespace daylit {
 
 inline float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
+constexpr std::size_t kLightPatterns = 16; ///< of the frame's lights of the sky
 constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
 /// The pixel, in which the normal turns so far, is narrower than the sun in the mirror.
 inline bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }

@@ -14,8 +14,9 @@ namespace daylit {
 
 namespace {
 
-constexpr float kLeastSharing = 0.02f; // slope from which a lobe's tails are wide enough to meet windows by chance
-constexpr float kFaintest = 1e-4f;     // of a light's irradiance
+constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are wide enough to meet windows by chance
+constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
+constexpr float kFaintest = 1e-4f;      // of a light's irradiance
 
 } // namespace
 
@@ -116,6 +117,26 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
         weight -= lobe_part(samples * lobe->density, direction, s.alpha(), step) * lobe->density * lobe->weight;
     if (largest(weight) * times > kFaintest)
       sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+  }
+  return sum;
+}
+
+/// From inside of glass its far side is a lobe that seldom finds a window, too.
+bool GlossyRays::finds_sky_behind(bool inside, const Surface& s) const {
+  return inside && !sky_.empty() && s.alpha() >= kLeastSkyBehind;
+}
+
+/// sum f cos E T V of the lights of one pattern, times the number of patterns.
+Rgb GlossyRays::sky_behind(const ObjectPoint& point, const Surface& s, int lights) const {
+  Rgb sum(0.0f);
+  for (auto j = static_cast<std::size_t>(lights) % kLightPatterns; j < sky_.size(); j += kLightPatterns) {
+    const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
+    const auto x = lit_from(point, s, direction);
+    if (!x)
+      continue;
+    const Rgb weight = static_cast<float>(kLightPatterns) * in.z * s.bsdf.glossy(s.out, in);
+    if (largest(weight) > kFaintest)
+      sum += weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
   }
   return sum;
 }

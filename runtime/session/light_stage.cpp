@@ -13,7 +13,7 @@ std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
   std::vector<PlacedPart> parts;
   for (const VirtualObjects::Part& part : objects.parts)
     parts.push_back({&part.rays(), part.mesh().triangles, part.mesh().positions, part.first_vertex,
-                     part.world_from_object, part.opacity, part.sender});
+                     part.world_from_object, part.has_glass, part.transmittance, part.sender});
   return parts;
 }
 

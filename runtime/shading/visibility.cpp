@@ -53,7 +53,8 @@ void LightHints::believe_corners(std::span<const KnownLights* const> corners) {
   for (std::size_t word = 0; !corners.empty() && word < words_for(verdicts_.size()); ++word) {
     KnownLights all{~std::uint64_t{0}, ~std::uint64_t{0}};
     for (const KnownLights* words : corners)
-      all = {all.clear & words[word].clear, all.blocked & words[word].blocked};
+      all = {all.clear & words[word].clear & ~words[word].blocked,
+             all.blocked & words[word].blocked & ~words[word].clear};
     believe(kAll, word, all);
   }
 }

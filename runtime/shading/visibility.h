@@ -18,14 +18,16 @@
 
 namespace daylit {
 
-/// Of 64 lights at one point: bits of those that no object blocks, and of those that one does.
+/// Of 64 lights at one point: bits of those that no object blocks, and of those that one does; both of a light that
+/// glass weakens, which is never believed of another point.
 struct KnownLights {
   std::uint64_t clear = 0, blocked = 0;
 };
 constexpr std::size_t kLightsPerWord = 64;
 inline std::size_t words_for(std::size_t lights) { return (lights + kLightsPerWord - 1) / kLightsPerWord; }
 
-/// Of one light: lanes that see it, and lanes from which it is blocked; of the others nothing is known.
+/// Of one light: lanes that see it, and lanes from which it is blocked, both where glass weakens it; of the others
+/// nothing is known.
 struct LaneVerdict {
   LaneMask clear = 0, blocked = 0;
 };
@@ -33,10 +35,12 @@ struct LaneVerdict {
 /// Lights that objects take from a set of points.
 struct BlockedLights {
   struct Entry {
-    std::uint32_t light;
-    LaneMask lanes;
+    std::uint32_t light = 0;
+    LaneMask lanes = 0, weakened = 0; ///< that lose all of it, and that glass leaves a part
+    std::uint32_t left = 0;           ///< which of `left` that is
   };
   std::vector<Entry> entries;        ///< ascending lights
+  std::vector<LaneRgb> left;         ///< the part that glass leaves of a light
   LaneMask lanes = 0;                ///< that lose any
   std::vector<LaneVerdict> verdicts; ///< per light
 };

@@ -209,15 +209,15 @@ void BlockShader::shade_room() {
     const float w = b.coverage[i];
     const SkyFractions& sky = b.set.sky[i];
     DrawnPixel& pixel = frame_.at(b.pixel[i].x, b.pixel[i].y);
-    glm::vec3 room(0.0f);
+    pixel.received = glm::vec2(0.0f);
     for (int c = 0; c < 3; ++c) {
-      const float past_room = sun.past_room.channel[c][i];
-      room.x += w * sky.past_room[c] / 3.0f;
-      room.y += w * per_sun * past_room;
-      room.z += w * per_sun * (past_room - sun.past_both.channel[c][i]);
+      pixel.received.x += w * sky.past_room[c] / 3.0f;
+      pixel.received.y += w * per_sun * sun.past_room.channel[c][i];
     }
     pixel.lost_sky = glm::vec4(w * (sky.past_room - sky.past_both), w);
-    pixel.room = room;
+    for (int c = 0; c < 3; ++c)
+      if (const float past_room = sun.past_room.channel[c][i]; past_room > 0.0f)
+        pixel.lost_sun[c] = pixel.received.y * (1.0f - sun.past_both.channel[c][i] / past_room);
     pixel.triangle = b.triangle[i];
   }
   b.set.count = 0;
@@ -236,7 +236,7 @@ void BlockShader::shade_plain(const SamplingGrid::Corners& corners, const PixelB
     for (int x = pixels.x0; x < pixels.x1; ++x) {
       const SkyFractions sky = mix(left, right, kStep * static_cast<float>(x % kBlockSide));
       frame_.at(x, y) = {glm::vec4(0.0f), glm::vec4(sky.past_room - sky.past_both, 1.0f),
-                         glm::vec3((sky.past_room.r + sky.past_room.g + sky.past_room.b) / 3.0f, 0.0f, 0.0f),
+                         glm::vec2((sky.past_room.r + sky.past_room.g + sky.past_room.b) / 3.0f, 0.0f), Rgb(0.0f),
                          scene_.room_triangle[view_.room(x, y).triangle]};
     }
   }
@@ -246,7 +246,7 @@ void BlockShader::shade_plain(const SamplingGrid::Corners& corners, const PixelB
 bool BlockShader::shows_shadow(const PixelBox& pixels) const {
   for (int y = pixels.y0; y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x)
-      if (const DrawnPixel& p = frame_.at(x, y); p.room.z > 0.0f || Rgb(p.lost_sky) != Rgb(0.0f))
+      if (const DrawnPixel& p = frame_.at(x, y); p.lost_sun != Rgb(0.0f) || Rgb(p.lost_sky) != Rgb(0.0f))
         return true;
   return false;
 }

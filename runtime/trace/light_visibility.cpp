@@ -67,8 +67,7 @@ class BlockedSearch {
 public:
   BlockedSearch(const TracedLights& lights, const ShadowCasters& casters, Layer layer, const PointBlock& points,
                 const RayStarts& starts)
-      : lights_(lights.portal), stops_at_glass_(lights.stops_at_glass), casters_(casters), points_(points),
-        starts_(starts), layer_(layer) {
+      : lights_(lights.portal), casters_(casters), points_(points), starts_(starts), layer_(layer) {
     aim(block_, starts.of(0));
   }
   /// Lanes that face the light. `clear`: of these, points of the room whose rays miss the objects' box.
@@ -88,16 +87,30 @@ public:
   LaneMask trace(std::size_t light, LaneMask lanes, std::uint64_t& rays) {
     if (lanes == 0)
       return 0;
-    if (starts_.differ())
-      aim(block_, starts_.of(light));
-    turn(block_, lights_.direction(light));
+    point_at(light);
     rays += count(lanes);
-    return (stops_at_glass_[light] ? casters_.objects : casters_.opaque)->occluded(lanes, block_);
+    return casters_.opaque->occluded(lanes, block_);
+  }
+  /// Of the lanes, those whose light goes through glass; the part that is left is added to `blocked`.
+  LaneMask pass_glass(std::size_t light, LaneMask lanes, BlockedLights& blocked, std::uint64_t& rays) {
+    if (!casters_.glass || lanes == 0)
+      return 0;
+    point_at(light);
+    rays += count(lanes);
+    LaneRgb left;
+    const LaneMask weakened = casters_.glass->pass(lanes, block_, left);
+    if (weakened)
+      blocked.left.push_back(left);
+    return weakened;
   }
 
 private:
+  void point_at(std::size_t light) {
+    if (starts_.differ())
+      aim(block_, starts_.of(light));
+    turn(block_, lights_.direction(light));
+  }
   const PortalLights& lights_;
-  std::span<const std::uint8_t> stops_at_glass_;
   const ShadowCasters& casters_;
   const PointBlock& points_;
   const RayStarts& starts_;
@@ -105,6 +118,20 @@ private:
   RayPacket16 block_;
   LaneRgb e_;
 };
+
+/// Counts from 0; anything where there is none.
+std::uint32_t last_of(const std::vector<LaneRgb>& values) { return static_cast<std::uint32_t>(values.size()) - 1u; }
+
+/// Adds irradiance x e, and behind glass what is left of it.
+void add_past(const BlockedLights::Entry& taken, std::span<const LaneRgb> left, LaneMask by_room, const Rgb& irradiance,
+              const LaneRgb& e, lanes::LightSums& sums) {
+  lanes::add_light(sums, irradiance, e, by_room, by_room | taken.lanes | taken.weakened);
+  for (LaneMask lanes = taken.weakened & ~by_room; lanes; lanes &= lanes - 1) {
+    const int k = std::countr_zero(lanes);
+    for (int c = 0; c < 3; ++c)
+      sums.past_both.channel[c][k] += irradiance[c] * e.channel[c][k] * left[taken.left].channel[c][k];
+  }
+}
 
 } // namespace
 
@@ -137,20 +164,6 @@ bool ShadowBounds::may_block(const glm::vec3& w, const glm::vec3& centre, float 
     }
     return ahead && disc_meets_triangle(across, radius);
   });
-}
-
-/// Light j stops where floor((j + 1) a) > floor(j a).
-void TracedLights::find_glass_shadows(float opacity) {
-  stops_at_glass.resize(size());
-  for (std::size_t j = 0; j < size(); ++j)
-    stops_at_glass[j] = std::floor(static_cast<float>(j + 1) * opacity) > std::floor(static_cast<float>(j) * opacity);
-}
-
-LaneMask TracedLights::glass_lanes(std::size_t first) const {
-  LaneMask mask = 0;
-  for (std::size_t k = 0; k < kLanes && first + k < stops_at_glass.size(); ++k)
-    mask |= static_cast<LaneMask>(stops_at_glass[first + k]) << k;
-  return mask;
 }
 
 void TracedLights::find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius) {
@@ -194,15 +207,14 @@ std::uint64_t see_point(const TracedLights& lights, const ShadowCasters& casters
     std::copy(directions[g].x, directions[g].x + kLanes, block.dir_x);
     std::copy(directions[g].y, directions[g].y + kLanes, block.dir_y);
     std::copy(directions[g].z, directions[g].z + kLanes, block.dir_z);
-    const LaneMask glass = lights.glass_lanes(first);
-    const LaneMask blocked =
-        casters.objects->occluded(near & glass, block) | casters.opaque->occluded(near & ~glass, block);
+    const LaneMask blocked = casters.opaque->occluded(near, block);
     const LaneMask left = facing & ~blocked;
+    const LaneMask weakened = casters.glass ? casters.glass->meets(near & ~blocked, block) : 0u;
     const LaneMask by_room = past_room ? casters.occluders->occluded(left, block) : 0u;
-    rays += count(near) + (past_room ? count(left) : 0u);
+    rays += count(near) + (casters.glass ? count(near & ~blocked) : 0u) + (past_room ? count(left) : 0u);
     const std::size_t word = first / kLightsPerWord, shift = first % kLightsPerWord;
     objects[word].clear |= std::uint64_t{left} << shift;
-    objects[word].blocked |= std::uint64_t{blocked} << shift;
+    objects[word].blocked |= std::uint64_t{blocked | weakened} << shift;
     room[word].clear |= std::uint64_t{left & ~by_room} << shift;
     room[word].blocked |= std::uint64_t{by_room} << shift;
   }
@@ -213,6 +225,7 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
                                   const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
                                   BlockedLights& blocked) {
   blocked.entries.clear();
+  blocked.left.clear();
   blocked.verdicts.resize(lights.size());
   blocked.lanes = 0;
   BlockedSearch search(lights, casters, layer, points, starts);
@@ -225,10 +238,11 @@ std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCaster
     const LaneMask lanes = search.facing(j, clear) & ~clear & ~verdict.clear;
     const LaneMask lit = search.received(j, lanes);
     const LaneMask lost = (lit & verdict.blocked) | search.trace(j, lit & ~verdict.blocked, rays);
-    verdict = {verdict.clear | clear | (lit & ~lost), lost};
-    if (lost)
-      blocked.entries.push_back({static_cast<std::uint32_t>(j), lost});
-    blocked.lanes |= lost;
+    const LaneMask weakened = search.pass_glass(j, lit & ~lost, blocked, rays);
+    verdict = {verdict.clear | clear | (lit & ~lost), lost | weakened};
+    if (lost | weakened)
+      blocked.entries.push_back({static_cast<std::uint32_t>(j), lost, weakened, last_of(blocked.left)});
+    blocked.lanes |= lost | weakened;
   }
   return rays;
 }
@@ -247,7 +261,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
   auto next = blocked.entries.begin();
   for (std::size_t j = 0; j < lights.size(); ++j) {
     const bool listed = next != blocked.entries.end() && next->light == j;
-    const LaneMask behind = listed ? (next++)->lanes : 0u;
+    const BlockedLights::Entry taken = listed ? *next++ : BlockedLights::Entry{};
     const LaneMask lit = lights.portal.received(j, points, e);
     if (lit == 0)
       continue;
@@ -261,7 +275,7 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
       by_room |= casters.occluders->occluded(asked, block);
       rays += count(asked);
     }
-    lanes::add_light(sums, lights.portal.irradiance(j), e, by_room, by_room | behind);
+    add_past(taken, blocked.left, by_room, lights.portal.irradiance(j), e, sums);
   }
   return rays;
 }

@@ -13,6 +13,7 @@
 #include "runtime/object/bounds.h"
 #include "runtime/shading/lane_kernels.h"
 #include "runtime/shading/visibility.h"
+#include "runtime/trace/glass_faces.h"
 #include "runtime/trace/packet_scene.h"
 
 namespace daylit {
@@ -39,8 +40,8 @@ private:
 constexpr float kOwnSurface_m = 2e-5f;
 
 struct ShadowCasters {
-  const PacketScene* objects = nullptr;
-  const PacketScene* opaque = nullptr;    ///< the same without glass
+  const PacketScene* opaque = nullptr;    ///< objects, without their glass
+  const GlassFaces* glass = nullptr;      ///< of the objects; null: they have none
   const PacketScene* occluders = nullptr; ///< the parts of the room that can stand between a point and the sky
   glm::vec3 centre{0.0f};                 ///< sphere around the objects, relative to the scenes' origin
   float radius = 0.0f;
@@ -53,13 +54,9 @@ struct TracedLights {
   LightCone cone;
   /// Per light: the room can stand between the objects and it.
   std::vector<std::uint8_t> room_may_block;
-  std::vector<std::uint8_t> stops_at_glass;      ///< per light
-  LaneMask glass_lanes(std::size_t first) const; ///< bit k: light first + k stops at glass
   bool room_may_block_any = false;
 
   std::size_t size() const { return portal.size(); }
-  /// `opacity` of the lights, evenly chosen, stop at glass.
-  void find_glass_shadows(float opacity);
   /// Of objects within the sphere.
   void find_room_shadows(const ShadowBounds& room, const glm::vec3& centre, float radius);
 };
@@ -84,8 +81,8 @@ private:
   std::span<const PointBlock> blocks_;
 };
 
-/// Replaces `blocked`: the lights that objects take from the points. `hints`: what needs no rays, may be empty. Returns
-/// the number of rays.
+/// Replaces `blocked`: the lights that objects take from the points, or weaken. `hints`: what needs no rays, may be
+/// empty. Returns the number of rays.
 std::uint64_t find_blocked_lights(const TracedLights& lights, const ShadowCasters& casters, Layer layer,
                                   const PointBlock& points, const RayStarts& starts, std::span<const LaneVerdict> hints,
                                   BlockedLights& blocked);

@@ -149,8 +149,8 @@ struct TracedRenderer::State {
   std::uint64_t shadow_rays = 0;
 
   void find_surfaces();
-  Result<void> build_objects(std::span<const std::uint8_t> is_glass);
-  Result<void> move_objects();
+  Result<void> build_objects(const ObjectSurface& objects);
+  Result<void> move_objects(const ObjectSurface& objects);
 };
 
 void TracedRenderer::State::find_surfaces() {
@@ -165,14 +165,20 @@ void TracedRenderer::State::find_surfaces() {
 
 /// A ray that slips between facets is one light of many at a point; a pixel that misses becomes an outline, which is
 /// looked at eight times.
-Result<void> TracedRenderer::State::build_objects(std::span<const std::uint8_t> is_glass) {
+Result<void> TracedRenderer::State::build_objects(const ObjectSurface& objects) {
   auto built = PacketScene::build(scene.positions, scene.triangles, PacketScene::Edges::quick);
   if (!built)
     return built.error();
   scene.objects = std::move(*built);
   scene.opaque.reset();
-  if (is_glass.empty())
+  scene.glass.reset();
+  if (objects.glass.empty())
     return {};
+  auto glass = GlassFaces::build(objects, scene.positions);
+  if (!glass)
+    return glass.error();
+  scene.glass = std::move(*glass);
+  const std::vector<std::uint8_t> is_glass = GlassFaces::mark(objects);
   std::vector<std::array<std::uint32_t, 3>> opaque;
   for (std::size_t t = 0; t < is_glass.size(); ++t)
     if (!is_glass[t])
@@ -184,7 +190,7 @@ Result<void> TracedRenderer::State::build_objects(std::span<const std::uint8_t> 
   return {};
 }
 
-Result<void> TracedRenderer::State::move_objects() {
+Result<void> TracedRenderer::State::move_objects(const ObjectSurface& objects) {
   const bool rigid = motion.set(scene.positions);
   if (!rigid)
     motion = RigidMotion(scene.positions);
@@ -196,7 +202,8 @@ Result<void> TracedRenderer::State::move_objects() {
     else if (const auto moved = rays->move(scene.positions); !moved)
       return moved;
   }
-  return {};
+  const Similarity to_first = rigid ? motion.to_first() : Similarity{};
+  return scene.glass ? scene.glass->move(objects, scene.positions, rigid ? &to_first : nullptr) : Result<void>{};
 }
 
 Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Aperture> apertures,
@@ -245,7 +252,9 @@ Result<void> TracedRenderer::set_camera(const PinholeCamera& camera) {
 Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   State& s = *state_;
   TracedScene& scene = s.scene;
-  const bool same_mesh = objects.triangles == scene.triangles && scene.positions.size() == objects.positions.size();
+  const bool same_glass = scene.glass ? scene.glass->is_of(objects.glass) : objects.glass.empty();
+  const bool same_mesh =
+      same_glass && objects.triangles == scene.triangles && scene.positions.size() == objects.positions.size();
   scene.positions.clear();
   for (const glm::dvec3& p : objects.positions)
     scene.positions.emplace_back(p - scene.origin);
@@ -262,11 +271,10 @@ Result<void> TracedRenderer::set_objects(const ObjectSurface& objects) {
   scene.light.assign(objects.positions.size(), {});
   s.objects_are_traced = false;
   if (same_mesh && !scene.triangles.empty())
-    return s.move_objects();
+    return s.move_objects(objects);
   scene.triangles = objects.triangles;
-  scene.glass_opacity = objects.is_glass.empty() ? 1.0f : objects.glass_opacity;
   s.motion = RigidMotion(scene.positions);
-  return s.build_objects(objects.is_glass);
+  return s.build_objects(objects);
 }
 
 Result<void> TracedRenderer::set_lights(const LightSet& lights) {
@@ -330,7 +338,6 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   s.find_surfaces();
   const ShadowCasters casters = s.scene.casters();
   for (TracedLights* group : {&s.scene.sky, &s.scene.sun}) { // rays start a little outside the surface
-    group->find_glass_shadows(s.scene.glass_opacity);
     group->find_room_shadows(s.scene.room_shadow_bounds, casters.centre, 1.01f * casters.radius);
   }
   s.shadow_rays = s.shader.shade(s.scene, s.view, frame);

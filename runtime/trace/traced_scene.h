@@ -20,8 +20,9 @@ struct TracedScene {
   TraceSettings settings;
   glm::dvec3 origin{0.0};
   PacketScene objects, occluders;
-  std::optional<PacketScene> opaque; ///< objects without glass, where some is of glass
-  float glass_opacity = 0.0f;
+  /// Where some of the objects is of glass: that, and the rest.
+  std::optional<GlassFaces> glass;
+  std::optional<PacketScene> opaque;
   ShadowBounds room_shadow_bounds;
   std::vector<glm::vec3> room_normals;      ///< unit, per triangle of the room's ray scene
   std::vector<std::uint32_t> room_triangle; ///< the same in Room::triangles
@@ -51,8 +52,8 @@ struct TracedScene {
     return reflectance[t[0]] == Rgb(0.0f) && reflectance[t[1]] == Rgb(0.0f) && reflectance[t[2]] == Rgb(0.0f);
   }
   ShadowCasters casters() const {
-    return {&objects,
-            opaque ? &*opaque : &objects,
+    return {opaque ? &*opaque : &objects,
+            glass ? &*glass : nullptr,
             &occluders,
             glm::vec3(sphere.centre - origin),
             static_cast<float>(sphere.radius),

@@ -17,7 +17,7 @@ struct Case {
   Case() {
     frame.start(4, 2, {0, 0, 4, 2});
     for (DrawnPixel& p : frame.show(0, 0))
-      p = {glm::vec4(0.0f), glm::vec4(0, 0, 0, 1), glm::vec3(1, 0, 0), kUnknownTriangle};
+      p = {glm::vec4(0.0f), glm::vec4(0, 0, 0, 1), glm::vec2(1, 0), Rgb(0.0f), kUnknownTriangle};
   }
   Composite run(const ComposeSettings& settings = {}) const {
     return compose(
@@ -36,7 +36,8 @@ TEST(Compose, an_untouched_picture_is_bit_identical) {
 TEST(Compose, the_ratio_is_light_with_over_light_without_the_object) {
   Case c;
   c.frame.at(1, 1).lost_sky = glm::vec4(0.5f, 0.25f, 0.0f, 1.0f);
-  c.frame.at(1, 1).room = glm::vec3(0.8f, 0.1f, 0.05f);
+  c.frame.at(1, 1).received = glm::vec2(0.8f, 0.1f);
+  c.frame.at(1, 1).lost_sun = Rgb(0.05f);
   // Without: 3 x 0.8 + 10 x 0.1 + 1 = 4.4; lost: 3 x (0.5, 0.25, 0) + 10 x 0.05.
   const Rgb expected = c.photo.at(1, 1) * (Rgb(4.4f) - Rgb(2.0f, 1.25f, 0.5f)) / 4.4f;
   const Composite result = c.run();

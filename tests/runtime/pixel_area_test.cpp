@@ -38,16 +38,17 @@ TEST(TracedRenderer, a_pixel_at_the_edge_of_the_suns_shadow_shows_the_mean_over_
       float lost = 0, least = 1, most = 0, bright = 0, darkest = 1e9f, brightest = 0, cover = 0, least_cover = 1;
       for (int k = 0; k < kFiner * kFiner; ++k) {
         const DrawnPixel p = at(*fine, kFiner * x + k % kFiner, kFiner * y + k / kFiner);
-        lost += p.room.z / (kFiner * kFiner), least = std::min(least, p.room.z), most = std::max(most, p.room.z);
+        lost += p.lost_sun.g / (kFiner * kFiner), least = std::min(least, p.lost_sun.g),
+                                                  most = std::max(most, p.lost_sun.g);
         bright += p.object.y / (kFiner * kFiner), cover = std::max(cover, p.object.w);
         least_cover = std::min(least_cover, p.object.w);
         darkest = std::min(darkest, p.object.y), brightest = std::max(brightest, p.object.y);
       }
       const DrawnPixel p = at(*coarse, x, y);
       if (p.object.w > 0.0f && p.object.w < 1.0f && most > 0.2f)
-        ++outlines, outline_error += std::pow(static_cast<double>(p.room.z - lost), 2);
+        ++outlines, outline_error += std::pow(static_cast<double>(p.lost_sun.g - lost), 2);
       if (cover == 0.0f && most - least > 0.2f)
-        ++room_edges, room_error += std::pow(static_cast<double>(p.room.z - lost) / static_cast<double>(most), 2);
+        ++room_edges, room_error += std::pow(static_cast<double>(p.lost_sun.g - lost) / static_cast<double>(most), 2);
       if (least_cover == 1.0f && p.object.w == 1.0f && brightest > 2.0f * darkest)
         ++object_edges, object_error += std::pow(static_cast<double>((p.object.y - bright) / (brightest - darkest)), 2);
     }

@@ -101,7 +101,7 @@ Deviation compare_with_rays(Scene& scene, const RenderedFrame& frame) {
         const double lost = static_cast<double>(e.without.g - e.with.g);
         const double sun = scene.sun ? static_cast<double>(scene.sun->normal_irradiance.g) : 0.0;
         const double open = static_cast<double>(open_sky_irradiance(scene.pyramid, scene.cells, p, n).g);
-        const double drawn = static_cast<double>(shown.lost_sky.y) * open + static_cast<double>(shown.room.z) * sun;
+        const double drawn = static_cast<double>(shown.lost_sky.y) * open + static_cast<double>(shown.lost_sun.g) * sun;
         if (lost <= 0.02 * static_cast<double>(e.without.g) && drawn <= 0.0)
           continue;
         d.shadow += (drawn - lost) * (drawn - lost);

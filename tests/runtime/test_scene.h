@@ -135,7 +135,7 @@ inline RenderCamera look_at(const glm::dvec3& eye, const glm::dvec3& target, int
 }
 
 inline bool is_finite(const DrawnPixel& p) {
-  const glm::vec4 sum = p.object + p.lost_sky + glm::vec4(p.room, 0.0f);
+  const glm::vec4 sum = p.object + p.lost_sky + glm::vec4(p.lost_sun, p.received.x + p.received.y);
   return std::isfinite(sum.x) && std::isfinite(sum.y) && std::isfinite(sum.z) && std::isfinite(sum.w);
 }
 

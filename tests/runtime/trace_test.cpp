@@ -97,7 +97,7 @@ TEST(TracedRenderer, where_an_object_takes_light_what_the_room_takes_of_it_is_kn
       const Rgb open = open_sky_irradiance(scene.pyramid, scene.cells, p, {0, 0, 1});
       ++shadowed;
       half += e.without.g < 0.8f * open.g;
-      wrong += std::fabs(pixel.room.x - e.without.g / open.g) > 1e-3f;
+      wrong += std::fabs(pixel.received.x - e.without.g / open.g) > 1e-3f;
     }
   EXPECT_GT(half, 50);
   EXPECT_LE(wrong, shadowed / 50) << "what is lost counts beside what there was";
@@ -190,7 +190,7 @@ TEST(TracedRenderer, blocks_of_one_plane_lose_what_their_pixels_lose_one_by_one)
         continue;
       ++shadowed;
       ASSERT_NEAR(a.w, b.w, 1e-6f);
-      ASSERT_NEAR(at(*blocks, x, y).room.x, at(pixels, x, y).room.x, 2e-6f) << x << ", " << y;
+      ASSERT_NEAR(at(*blocks, x, y).received.x, at(pixels, x, y).received.x, 2e-6f) << x << ", " << y;
       ASSERT_EQ(at(*blocks, x, y).triangle, at(pixels, x, y).triangle);
     }
   EXPECT_GT(shadowed, 10000);
@@ -327,7 +327,7 @@ TEST(TracedRenderer, blocks_that_show_nothing_are_not_kept) {
       bool any = false;
       for (int k = 0; k < 16 && frame->shows(column, row); ++k) {
         const DrawnPixel& p = frame->at(4 * column + k % 4, 4 * row + k / 4);
-        any = any || p.object.w > 0.0f || p.room.z > 0.0f || glm::vec3(p.lost_sky) != glm::vec3(0.0f);
+        any = any || p.object.w > 0.0f || p.lost_sun.g > 0.0f || glm::vec3(p.lost_sky) != glm::vec3(0.0f);
       }
       kept += frame->shows(column, row);
       idle += frame->shows(column, row) && !any;

@@ -7,7 +7,7 @@ layout(std430, binding = 3) readonly buffer RoomPlanes { vec4 room_planes[]; };
 uniform float near_plane;
 layout(location = 0) out vec4 object_radiance; // a: coverage
 layout(location = 1) out vec4 lost_sky;        // as RenderedFrame
-layout(location = 2) out vec4 room_light;      // as RenderedFrame, w: id of the room's triangle
+layout(location = 2) out vec4 room_light;      // received and lost_sun (all channels alike), w: id of the room's triangle
 
 vec3 fraction(vec3 part, vec3 whole) { return mix(vec3(1.0), part / max(whole, vec3(1e-30)), greaterThan(whole, vec3(0.0))); }
 

@@ -1,0 +1,16 @@
+#pragma once
+
+// Light that goes straight through glass: what the shadow of a transparent object is made of (docs/materials.md).
+
+#include <cstddef>
+
+#include "scene/model/object_mesh.h"
+
+namespace daylit {
+
+/// Part of light that is left behind one face of a mesh, textures looked up at weights u and v of corners 1 and 2: none
+/// behind an opaque one. `cosine`: of the way with the outside normal, positive where it leaves the object; `way_m`:
+/// metres of the way since the face before, or since its start.
+Rgb straight_transmittance(const ObjectMesh& mesh, std::size_t triangle, float u, float v, float cosine, float way_m);
+
+} // namespace daylit
