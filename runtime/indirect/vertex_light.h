@@ -45,6 +45,7 @@ struct ObjectsIndirectLight {
   /// Of each part that shows diffuse light, where not all vertices are senders.
   std::vector<std::optional<LightInBox>> in_box;
   std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
+  std::vector<Sh9Rgb> arriving; ///< from the room at each sender; empty where no object has a normal map
   Ringing ringing;
 };
 

@@ -134,7 +134,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
-    const std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
+    std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
     indirect.radiance =
         relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance, &indirect.ringing);
     indirect.sent = exchange_light(sky, *objects, indirect.radiance);
@@ -144,6 +144,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
       add_emission(objects->senders.surface, -1.0f, indirect.sent); // it is looked up where it is seen
     else
       indirect.sent.clear();
+    indirect.arriving = any_normal_map(*objects) ? std::move(light) : std::vector<Sh9Rgb>{};
     clock.end("object_light");
   });
   report.reused.samples = direct_.reused();
