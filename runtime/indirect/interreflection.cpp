@@ -7,6 +7,10 @@ constexpr double kSeenRadii = 2.5; // a change further from an object is not loo
 constexpr double kFarRadii = 4.0;  // nor by a point further away
 } // namespace
 
+bool counts_as_changed(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& seen) {
+  return scene.radii_away(x) <= kFarRadii && scene.radii_away(seen) <= kSeenRadii;
+}
+
 std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
                                                   const DirectionPattern& pattern, const LinkTo& link) {
   std::vector<ChangedSurface> surfaces;

@@ -18,6 +18,7 @@ namespace daylit {
 namespace {
 
 constexpr float kLeastWeight = 0.02f; // of the corners in view
+constexpr int kLampRays = 64;         // to what lamps light
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -38,6 +39,7 @@ struct ReceiverLattice::State {
   std::array<Lattice, kLevels.size()> lattices;
   mutable std::atomic<std::size_t> nodes_made{0};
   mutable LitPoints lit; ///< of the nodes
+  DirectionPattern lamp_pattern{kLampRays};
 
   explicit State(const LitScene& s) : scene(s), lit(s.light) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
@@ -49,6 +51,7 @@ struct ReceiverLattice::State {
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
   Rgb whole_change(Node& node, bool sun_too = true) const;
+  LampView lamp_view(const glm::dvec3& air, const glm::dvec3& n, const DirectionPattern& pattern) const;
   Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
   const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
@@ -156,6 +159,13 @@ std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::
                                });
 }
 
+LampView ReceiverLattice::State::lamp_view(const glm::dvec3& air, const glm::dvec3& n,
+                                           const DirectionPattern& pattern) const {
+  if (!scene.lamps.any())
+    return {};
+  return scene.lamps.look(air, n, pattern, [&](const glm::dvec3& p) { return counts_as_changed(scene, air, p); });
+}
+
 /// sum over the surfaces of rho / pi cos dw of Delta E there.
 Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
   Rgb sum(0.0f);
@@ -168,9 +178,11 @@ Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> sur
 
 const Rgb& ReceiverLattice::State::reflected(Node& node) const {
   once(node.reflected_version, light_version, node.reflecting, [&] {
-    if (std::exchange(node.around_version, placement_version) != placement_version)
+    if (std::exchange(node.around_version, placement_version) != placement_version) {
       node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
-    node.reflected = reflected_change(node.around);
+      node.lamps = lamp_view(node.x + kAirGap_m * node.n, node.n, lamp_pattern);
+    }
+    node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
   });
   return node.reflected;
 }
@@ -337,7 +349,8 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   Receiver receiver;
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
-  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count)));
+  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count))) +
+                        LampLight::irradiance(s.lamp_view(x + kAirGap_m * n, n, DirectionPattern(count)));
   return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};
 }

@@ -107,6 +107,8 @@ std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const Virtual
   for (std::size_t v = 0; v < light.size(); ++v)
     for (std::size_t c = 0; c < 9; ++c)
       light[v][c] += near[v][c];
+  if (room_.indirect_shadow)
+    add_lamp_light(*room_.indirect_shadow, objects, light);
   return light;
 }
 
@@ -127,6 +129,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     probes.outside = spread_vertex_probes(senders.triangles, probes.vertices);
     if (room_.indirect_shadow) {
       room_.indirect_shadow->set_objects(placed_parts(*objects));
+      room_.indirect_shadow->set_lamps(senders);
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
       probes.contact = contact_views(*room_.indirect_shadow, *objects);
       probes.windows = window_shares(*room_.indirect_shadow, *objects, probes.contact);
