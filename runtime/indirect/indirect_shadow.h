@@ -8,7 +8,7 @@
 // coefficients: next to a sunlit floor these are wrong by a factor at the horizon, where objects stand. Sky behind the
 // object counts as zero: its loss is the direct shadow, drawn elsewhere. What is behind is the room without objects;
 // the objects themselves see the room with their own direct shadow on it (feedback); further bounces are left
-// out.
+// out, but for the light of lamps (lamp_light.h).
 //
 // Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
 // looked up first; they hold until an object moves. What they carry is renewed with the light.
@@ -40,9 +40,9 @@ public:
   /// After set_objects(): those of `surface`, all objects in the world, that emit light the room and are reflected in
   /// it.
   void set_lamps(const ObjectSurface& surface);
+  bool has_lamps() const;
   /// Nine coefficients of that light, reflected by the room, at a world point of a part: LampLight::at_part(). Zero
   /// without lamps.
-  bool has_lamps() const;
   Sh9Rgb lamp_light(std::size_t part, const glm::dvec3& x) const;
   /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
   /// the same sky: then only objects moved since the last call. 0: another sky.

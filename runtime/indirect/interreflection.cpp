@@ -7,10 +7,6 @@ constexpr double kSeenRadii = 2.5; // a change further from an object is not loo
 constexpr double kFarRadii = 4.0;  // nor by a point further away
 } // namespace
 
-bool counts_as_changed(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& seen) {
-  return scene.radii_away(x) <= kFarRadii && scene.radii_away(seen) <= kSeenRadii;
-}
-
 std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
                                                   const DirectionPattern& pattern, const LinkTo& link) {
   std::vector<ChangedSurface> surfaces;
@@ -24,6 +20,15 @@ std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const g
     surfaces.push_back({each * scene.reflectance(triangle), link(triangle, position, w, away)});
   });
   return surfaces;
+}
+
+LampView look_at_lamps(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
+                       const DirectionPattern& pattern) {
+  if (!scene.lamps.any())
+    return {};
+  const bool near = scene.radii_away(x) <= kFarRadii;
+  return scene.lamps.look(x, n, pattern,
+                          [&](const glm::dvec3& seen) { return near && scene.radii_away(seen) <= kSeenRadii; });
 }
 
 } // namespace daylit

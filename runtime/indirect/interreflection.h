@@ -20,12 +20,13 @@ struct ChangedSurface {
 using LinkTo = std::function<ReceiverLattice::Link(std::uint32_t triangle, const glm::dvec3& x,
                                                    const glm::dvec3& direction, double radii_away)>;
 
-/// Does a point that x looks at count there?
-bool counts_as_changed(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& seen);
-
 /// As x with normal n, in the air before the room's surface, sees them in the directions of the pattern. None where
 /// x is far from all objects.
 std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
                                                   const DirectionPattern& pattern, const LinkTo& link);
+/// What x sees of the room that lamps light; `far`: all that find_changed_surfaces() does not find. Empty without
+/// lamps.
+LampView look_at_lamps(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
+                       const DirectionPattern& pattern);
 
 } // namespace daylit

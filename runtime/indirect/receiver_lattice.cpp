@@ -51,7 +51,6 @@ struct ReceiverLattice::State {
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
   Rgb whole_change(Node& node, bool sun_too = true) const;
-  LampView lamp_view(const glm::dvec3& air, const glm::dvec3& n, const DirectionPattern& pattern) const;
   Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
   const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
@@ -159,13 +158,6 @@ std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::
                                });
 }
 
-LampView ReceiverLattice::State::lamp_view(const glm::dvec3& air, const glm::dvec3& n,
-                                           const DirectionPattern& pattern) const {
-  if (!scene.lamps.any())
-    return {};
-  return scene.lamps.look(air, n, pattern, [&](const glm::dvec3& p) { return counts_as_changed(scene, air, p); });
-}
-
 /// sum over the surfaces of rho / pi cos dw of Delta E there.
 Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
   Rgb sum(0.0f);
@@ -180,7 +172,7 @@ const Rgb& ReceiverLattice::State::reflected(Node& node) const {
   once(node.reflected_version, light_version, node.reflecting, [&] {
     if (std::exchange(node.around_version, placement_version) != placement_version) {
       node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
-      node.lamps = lamp_view(node.x + kAirGap_m * node.n, node.n, lamp_pattern);
+      node.lamps = look_at_lamps(scene, node.x + kAirGap_m * node.n, node.n, lamp_pattern);
     }
     node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
   });
@@ -350,7 +342,7 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
   const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count))) +
-                        LampLight::irradiance(s.lamp_view(x + kAirGap_m * n, n, DirectionPattern(count)));
+                        LampLight::irradiance(look_at_lamps(s.scene, x + kAirGap_m * n, n, DirectionPattern(count)));
   return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};
 }
