@@ -17,12 +17,11 @@
 namespace daylit {
 
 namespace {
-constexpr int kSide = 8;          // points of the lattice
-constexpr int kDirections = 48;   // from each
-constexpr int kPhases = 8;        // sets of directions: the points around a vertex have one each
-constexpr double kInset = 0.02;   // of the box: floors and walls touch it
-constexpr double kFarRadii = 2.5; // a change further away is not looked for
-constexpr int kPacket = 16;       // rays
+constexpr int kSide = 8;        // points of the lattice
+constexpr int kDirections = 48; // from each
+constexpr int kPhases = 8;      // sets of directions: the points around a vertex have one each
+constexpr double kInset = 0.02; // of the box: floors and walls touch it
+constexpr int kPacket = 16;     // rays
 static_assert(kDirections % kPacket == 0);
 
 // All in radii of the object:
@@ -154,10 +153,10 @@ void IndirectFeedback::look_around(Eye& eye) const {
       const glm::dvec3& w = directions().w[first + k];
       const double distance = static_cast<double>(hits.distance[k]);
       const glm::dvec3 position = eye.position + distance * w;
-      if (glm::length(position - sphere.centre) < kFarRadii * sphere.radius &&
+      if (glm::length(position - sphere.centre) < kFeedbackRadii * sphere.radius &&
           (scene_.parts.size() == 1 || !scene_.parts.hidden(eye.position, w, distance, eye.part))) // see OtherObjects
         see(eye, static_cast<std::uint32_t>(first + k), scene_.reflectance(hits.triangle[k]),
-            receivers_.link(hits.triangle[k], position, w, eye.at_contact ? distance / sphere.radius : kFarRadii));
+            receivers_.link(hits.triangle[k], position, w, eye.at_contact ? distance / sphere.radius : kFeedbackRadii));
     }
   }
 }

@@ -41,6 +41,12 @@ void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   s.other_objects.set_objects(s.parts);
 }
 
+void IndirectShadow::set_lamps(const ObjectSurface& surface) { state_->lamps.set_lamps(surface); }
+bool IndirectShadow::has_lamps() const { return state_->lamps.any(); }
+Sh9Rgb IndirectShadow::lamp_light(std::size_t part, const glm::dvec3& x) const {
+  return state_->lamps.at_part(part, x);
+}
+
 void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun,
                              std::uint64_t sky_version) {
   State& s = *state_;
@@ -123,6 +129,8 @@ double IndirectShadow::distance_to_objects(const glm::dvec3& x, double limit) co
 /// r^2 / d^2, the form factor of a sphere that faces x (Howell B-4), above kLeastFraction for some object.
 bool IndirectShadow::affects(const glm::dvec3& x) const {
   const PlacedParts& parts = state_->parts;
+  if (state_->lamps.any())
+    return true;
   for (std::size_t k = 0; k < parts.size(); ++k) {
     const glm::dvec3 d = parts.sphere(k).centre - x;
     if (parts.sphere(k).radius * parts.sphere(k).radius > kLeastFraction * glm::dot(d, d))

@@ -8,7 +8,7 @@
 // coefficients: next to a sunlit floor these are wrong by a factor at the horizon, where objects stand. Sky behind the
 // object counts as zero: its loss is the direct shadow, drawn elsewhere. What is behind is the room without objects;
 // the objects themselves see the room with their own direct shadow on it (feedback); further bounces are left
-// out.
+// out, but for the light of lamps (lamp_light.h).
 //
 // Rays are traced at the corners of square cells on the room's planes, finer near an object, when a point nearby is
 // looked up first; they hold until an object moves. What they carry is renewed with the light.
@@ -37,6 +37,13 @@ public:
 
   /// The parts must live until the next call.
   void set_objects(std::vector<PlacedPart> parts);
+  /// After set_objects(): those of `surface`, all objects in the world, that emit light the room and are reflected in
+  /// it.
+  void set_lamps(const ObjectSurface& surface);
+  bool has_lamps() const;
+  /// Nine coefficients of that light, reflected by the room, at a world point of a part: LampLight::at_part(). Zero
+  /// without lamps.
+  Sh9Rgb lamp_light(std::size_t part, const glm::dvec3& x) const;
   /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
   /// the same sky: then only objects moved since the last call. 0: another sky.
   void set_sky(std::span<const SkyMap> pyramid, const std::optional<DetectedSun>& sun, std::uint64_t sky_version = 0);
@@ -75,7 +82,8 @@ public:
   /// From a world point to the nearest surface of an object, or the limit.
   double distance_to_objects(const glm::dvec3& x, double limit_m) const;
 
-  /// Empty where no object covers more than 1/500 of what x sees. `direction`: of a ray that meets x.
+  /// False where no object covers more than 1/500 of what x sees; lamps reach everywhere. `direction`: of a ray that
+  /// meets x.
   bool affects(const glm::dvec3& x) const;
   /// So close to an object that its effect may be narrower than a few of its cells further away.
   bool near(const glm::dvec3& x) const;

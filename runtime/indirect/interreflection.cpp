@@ -22,4 +22,13 @@ std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const g
   return surfaces;
 }
 
+LampView look_at_lamps(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
+                       const DirectionPattern& pattern) {
+  if (!scene.lamps.any())
+    return {};
+  const bool near = scene.radii_away(x) <= kFarRadii;
+  return scene.lamps.look(x, n, pattern,
+                          [&](const glm::dvec3& seen) { return near && scene.radii_away(seen) <= kSeenRadii; });
+}
+
 } // namespace daylit

@@ -24,5 +24,9 @@ using LinkTo = std::function<ReceiverLattice::Link(std::uint32_t triangle, const
 /// x is far from all objects.
 std::vector<ChangedSurface> find_changed_surfaces(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
                                                   const DirectionPattern& pattern, const LinkTo& link);
+/// What x sees of the room that lamps light; `far`: all that find_changed_surfaces() does not find. Empty without
+/// lamps.
+LampView look_at_lamps(const LitScene& scene, const glm::dvec3& x, const glm::dvec3& n,
+                       const DirectionPattern& pattern);
 
 } // namespace daylit

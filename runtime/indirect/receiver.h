@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/indirect/lamp_light.h"
 #include "runtime/indirect/occluded_directions.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_patches.h"
@@ -45,6 +46,7 @@ struct LitScene {
   WindowVisibility windows;
   RoomPatches patches;
   PlacedParts parts;
+  LampLight lamps{rays, patches, parts};
   std::vector<SunlitPoint> sunlit;
   std::vector<TwoSided> radiance; ///< outgoing, of the objects' vertices
 

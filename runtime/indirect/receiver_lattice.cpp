@@ -18,6 +18,7 @@ namespace daylit {
 namespace {
 
 constexpr float kLeastWeight = 0.02f; // of the corners in view
+constexpr int kLampRays = 64;         // to what lamps light
 
 struct Cell {
   bool open = false; ///< its corners lie in the same air
@@ -38,6 +39,7 @@ struct ReceiverLattice::State {
   std::array<Lattice, kLevels.size()> lattices;
   mutable std::atomic<std::size_t> nodes_made{0};
   mutable LitPoints lit; ///< of the nodes
+  DirectionPattern lamp_pattern{kLampRays};
 
   explicit State(const LitScene& s) : scene(s), lit(s.light) {
     for (std::size_t k = 0; k < kLevels.size(); ++k)
@@ -168,9 +170,11 @@ Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> sur
 
 const Rgb& ReceiverLattice::State::reflected(Node& node) const {
   once(node.reflected_version, light_version, node.reflecting, [&] {
-    if (std::exchange(node.around_version, placement_version) != placement_version)
+    if (std::exchange(node.around_version, placement_version) != placement_version) {
       node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
-    node.reflected = reflected_change(node.around);
+      node.lamps = look_at_lamps(scene, node.x + kAirGap_m * node.n, node.n, lamp_pattern);
+    }
+    node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
   });
   return node.reflected;
 }
@@ -337,7 +341,8 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   Receiver receiver;
   s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
-  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count)));
+  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count))) +
+                        LampLight::irradiance(look_at_lamps(s.scene, x + kAirGap_m * n, n, DirectionPattern(count)));
   return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};
 }

@@ -35,7 +35,8 @@ struct ReceiverLattice::Node {
   std::mutex renewing;
 
   std::vector<ChangedSurface> around; ///< other surfaces of the room, until an object moves
-  Rgb reflected{0.0f};                ///< change of irradiance from them
+  LampView lamps;                     ///< the same: what a lamp's light comes back from
+  Rgb reflected{0.0f};                ///< change of irradiance from them, lamps' light from everywhere
   std::uint64_t around_version = 0;
   std::atomic<std::uint64_t> reflected_version{0};
   std::mutex reflecting; ///< held while others renew

@@ -9,7 +9,26 @@ namespace daylit {
 namespace {
 constexpr double kPatch_m = 0.35;
 constexpr int kPatchPoints = 5; ///< per side: where a patch is looked for
+constexpr int kAreaPoints = 10; ///< per side: by which its area is known
 } // namespace
+
+/// Of the patch's material.
+bool RoomPatches::is_surface(const RoomPatch& patch, const glm::dvec3& point) const {
+  RayHit below;
+  return rays_.closest(rays_.to_local(point + kAirGap_m * patch.normal), glm::vec3(-patch.normal), 0.0f,
+                       static_cast<float>(2.0 * kAirGap_m), below) &&
+         room_.triangles[below.triangle].material == patch.material;
+}
+
+double RoomPatches::area_m2(const RoomPatch& patch) const {
+  const RoomFacing& f = planes_[patch.cell.facing];
+  int found = 0;
+  for (int k = 0; k < kAreaPoints * kAreaPoints; ++k) {
+    const double s = (k % kAreaPoints + 0.5) / kAreaPoints, t = (k / kAreaPoints + 0.5) / kAreaPoints;
+    found += is_surface(patch, f.corner(patch.cell.i, patch.cell.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v));
+  }
+  return kPatch_m * kPatch_m * std::max(found, 1) / (kAreaPoints * kAreaPoints);
+}
 
 /// Cells as the middle of the room sees them stand for all of it: what is behind objects is not looked at closely.
 void RoomPatches::set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures) {
@@ -30,16 +49,16 @@ RoomPatch* RoomPatches::at(std::uint32_t triangle, const glm::dvec3& x, const gl
   if (const auto found = patches_.find(key); found != patches_.end())
     return found->second.get();
   auto made = std::make_unique<RoomPatch>();
+  made->cell = cell;
+  made->material = material;
   made->normal = f.normal;
   made->reflectance = room_.materials[material].reflectance;
   for (int k = 0; k < kPatchPoints * kPatchPoints && !made->lit; ++k) {
     const int step = (k + kPatchPoints * kPatchPoints / 2) % (kPatchPoints * kPatchPoints); // the middle first
     const double s = (step % kPatchPoints + 0.5) / kPatchPoints, t = (step / kPatchPoints + 0.5) / kPatchPoints;
     made->point = f.corner(cell.i, cell.j, kPatch_m) + kPatch_m * (s * f.u + t * f.v);
-    RayHit below;
     const glm::dvec3 air = made->point + kAirGap_m * f.normal;
-    if (!rays_.closest(rays_.to_local(air), glm::vec3(-f.normal), 0.0f, static_cast<float>(2.0 * kAirGap_m), below) ||
-        room_.triangles[below.triangle].material != material)
+    if (!is_surface(*made, made->point))
       continue;
     made->probes = light_.probes_at(air);
     made->lit = made->probes.count > 0;

@@ -24,6 +24,9 @@ struct RoomPatch {
   VertexProbes probes;
   float visible = 0.0f; ///< part of the windows that its point sees past the room
   Rgb reflectance{0.5f}, irradiance{0.0f};
+  Rgb lamp_first{0.0f}, lamp_later{0.0f}; ///< irradiance from lamps (lamp_light.h): straight; by way of the room
+  LatticeKey cell{};                      ///< its square on the plane
+  std::uint32_t material = 0;
   std::atomic<std::uint64_t> frame{0}; ///< that `irradiance` belongs to
   std::mutex renewing;
 };
@@ -41,10 +44,14 @@ public:
   std::span<const ApertureCell> windows() const { return windows_; }
   /// The patch of a point that a ray along `direction` meets. Valid as long as this.
   RoomPatch* at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Of the room's surface in it, found by points.
+  double area_m2(const RoomPatch& patch) const;
   /// Indirect, and of the sky what comes past the room.
   Rgb irradiance(RoomPatch& patch) const;
 
 private:
+  bool is_surface(const RoomPatch& patch, const glm::dvec3& point) const;
+
   const Room& room_;
   const RayScene& rays_;
   const RoomPlanes& planes_;

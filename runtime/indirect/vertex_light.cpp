@@ -183,6 +183,25 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, co
   });
 }
 
+void add_lamp_light(const IndirectShadow& field, const VirtualObjects& objects, std::span<Sh9Rgb> light) {
+  constexpr int kSide = 3;
+  constexpr double kInset = 0.05; // of the box: floors and walls touch it
+  for (std::size_t k = 0; field.has_lamps() && k < objects.parts.size(); ++k) {
+    const auto [first, last] = of_part(objects.parts[k], objects.senders.vertex);
+    Bounds box;
+    for (std::size_t i = first; i < last; ++i)
+      box.include(objects.senders.surface.positions[i]);
+    const BoxLattice lattice(box, kSide, kInset);
+    std::vector<Sh9Rgb> known(box.empty() ? 0 : lattice.point_count());
+    parallel_for(std::size_t{0}, known.size(),
+                 [&](std::size_t p) { known[p] = field.lamp_light(k, lattice.position(p)); });
+    for (std::size_t i = first; i < last; ++i)
+      for (const BoxLattice::Corner& c : lattice.around(objects.senders.surface.positions[i]))
+        for (std::size_t m = 0; m < light[i].size(); ++m)
+          light[i][m] += c.weight * known[c.point][m];
+  }
+}
+
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
                     std::span<const TwoSided> from_outside, std::span<TwoSided> radiance) {
   for (const VirtualObjects::Part& part : objects.parts) {

@@ -16,6 +16,8 @@ namespace daylit {
 /// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
 /// coefficients of the sunlit surfaces' light miss.
 void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+/// Adds what lamps send each sender by way of the room: IndirectShadow::lamp_light(), trilinear in the box of its part.
+void add_lamp_light(const IndirectShadow& field, const VirtualObjects& objects, std::span<Sh9Rgb> light);
 /// Of both sides of each sender: what it sees of the room that objects change. Empty where it sees nearly nothing, or
 /// hides nearly nothing from itself.
 using FeedbackTerms = std::vector<std::array<std::vector<FeedbackTerm>, 2>>;
@@ -44,7 +46,8 @@ struct ObjectsIndirectLight {
   std::vector<TwoSided> radiance; ///< that each sender reflects
   /// Of each part that shows diffuse light, where not all vertices are senders.
   std::vector<std::optional<LightInBox>> in_box;
-  std::vector<TwoSided> sent; ///< with the direct light: what mirrors show of an object; empty where none does
+  std::vector<TwoSided> sent;   ///< with the direct light: what mirrors show of an object; empty where none does
+  std::vector<Sh9Rgb> arriving; ///< from the room at each sender; empty where no object has a normal map
   Ringing ringing;
 };
 

@@ -308,6 +308,13 @@ bool any_per_pixel(const VirtualObjects& objects) {
   return std::ranges::any_of(objects.parts, [](const VirtualObjects::Part& p) { return p.per_pixel; });
 }
 
+bool any_normal_map(const VirtualObjects& objects) {
+  return std::ranges::any_of(objects.parts, [](const VirtualObjects::Part& p) {
+    return std::ranges::any_of(p.mesh().materials,
+                               [](const ObjectMaterial& m) { return static_cast<bool>(m.normal_texture); });
+  });
+}
+
 GlossyCounts draw_glossy(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
                          const PhotoScale& scale, Composite& composite) {
   return GlossyPainter(drawn, rays, room, composite).paint(scale);

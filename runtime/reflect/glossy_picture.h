@@ -18,6 +18,8 @@ struct GlossyCounts {
 
 /// Some object has a material that is looked up per pixel (VirtualObjects::Part::per_pixel).
 bool any_per_pixel(const VirtualObjects& objects);
+/// Some material of them has a normal map.
+bool any_normal_map(const VirtualObjects& objects);
 
 /// Adds them to the composite, which holds everything else. `drawn`: what the composite was made of.
 GlossyCounts draw_glossy(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,

@@ -38,8 +38,9 @@ const Bsdf& bsdf_of(const SurfaceMaterial& material) {
 } // namespace
 
 GlossyRays::GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-                       std::span<const DirectionalLight> sky, const GlossySettings& settings)
-    : room_(room), sent_(sent), indirect_(indirect), sky_(sky), settings_(settings) {
+                       std::span<const DirectionalLight> sky, const GlossySettings& settings,
+                       std::span<const Sh9Rgb> arriving)
+    : room_(room), sent_(sent), indirect_(indirect), sky_(sky), settings_(settings), arriving_(arriving) {
   for (const DirectionalLight& l : sky)
     sky_luminance_ += luminance(l.irradiance);
 }
@@ -57,13 +58,14 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   const double scale = room_.objects.scale(point.part);
   const SurfaceLook look = surface_look(mesh, point.triangle, point.u, point.v, static_cast<float>(width_m / scale));
   const glm::mat3& rotation = room_.objects.rotation(point.part);
-  glm::vec3 normal = glm::normalize(rotation * look.normal), face = point.face_normal;
+  glm::vec3 normal = glm::normalize(rotation * look.normal), smooth = rotation * look.smooth, face = point.face_normal;
   SurfaceMaterial material = look.material;
   if (channel != kAllColours)
     material.ior = material.ior_of(channel);
   const bool inside = glm::dot(face, ray.direction) > 0.0f;
   if (inside && (material.transmission == 0.0f || material.thin)) {
     normal = -normal;
+    smooth = -smooth;
     face = -face;
   }
   // A shading normal that faces away from the camera is bent to where it does not (Keller et al. 2017, chapter 3).
@@ -77,7 +79,7 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
     tangent = glm::vec3(basis.u);
   }
   tangent = glm::normalize(tangent);
-  Surface s{material, tangent, glm::cross(normal, tangent), normal, {}, bsdf_of(material)};
+  Surface s{material, tangent, glm::cross(normal, tangent), normal, smooth, {}, bsdf_of(material)};
   s.out = s.to_local(out);
   return s;
 }
@@ -333,6 +335,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     lights[k] = {
         s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
     const ObjectMaterial* m = material(point);
+    if (m && m->normal_texture && lights[k].diffuse != Rgb(0.0f))
+      shade_relief(point, s, lights[k]);
     if (!m || !m->is_glossy())
       continue;
     if (const Surroundings* around = surroundings(point, s)) {

@@ -38,11 +38,13 @@ struct CameraPoint {
 
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
-  Rgb diffuse{1.0f};      ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f};     ///< all else that is not diffuse: mirrored, refracted, sent by itself
-  Rgb coat{0.0f};         ///< mirrored by a narrow coat above a wide lobe
-  Rgb glint{0.0f};        ///< the sun's highlight, which no neighbour shares
-  Rgb occluded{0.0f};     ///< of the diffuse part's radiance what an occlusion texture takes away: indirect light
+  Rgb diffuse{1.0f};  ///< reflectance of the diffuse part: times irradiance / pi is its radiance
+  Rgb radiance{0.0f}; ///< all else that is not diffuse: mirrored, refracted, sent by itself
+  Rgb coat{0.0f};     ///< mirrored by a narrow coat above a wide lobe
+  Rgb glint{0.0f};    ///< the sun's highlight, which no neighbour shares
+  /// Of the diffuse part's radiance: indirect light that an occlusion texture takes away; below 0 where a normal map
+  /// adds more of it than `diffuse` says.
+  Rgb occluded{0.0f};
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
 };
@@ -55,9 +57,11 @@ class GlossyRays {
 public:
   /// `sent`: radiance of each vertex of all objects as a diffuse surface, on both sides; `indirect`: what of it is not
   /// straight from sky and sun. `sky`: the frame's samples of the sky, by which wide lobes find it beside their own
-  /// samples; none: by these alone.
+  /// samples; none: by these alone. `arriving`: the room's light at each vertex that sends light, for normal maps;
+  /// none: these do not shade it.
   GlossyRays(const RoomSeen& room, std::span<const TwoSided> sent, std::span<const TwoSided> indirect,
-             std::span<const DirectionalLight> sky, const GlossySettings& settings);
+             std::span<const DirectionalLight> sky, const GlossySettings& settings,
+             std::span<const Sh9Rgb> arriving = {});
 
   /// What the camera sees of up to kRayBatch points. Returns how many rays were traced.
   std::uint64_t look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const;
@@ -93,6 +97,9 @@ private:
                           Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
+  Rgb relief_of_direct(const ObjectPoint& point, const Surface& s) const;
+  Rgb relief_of_indirect(const ObjectPoint& point, const Surface& s) const;
+  void shade_relief(const ObjectPoint& point, const Surface& s, GlossyLight& light) const;
   const Surroundings* surroundings(const ObjectPoint& point, const Surface& s) const;
   static Rgb looked_up(const Surroundings& around, const ObjectPoint& point, const Surface& s);
 
@@ -101,6 +108,7 @@ private:
   std::span<const DirectionalLight> sky_;
   float sky_luminance_ = 0.0f; ///< irradiance of all of `sky_`
   GlossySettings settings_;
+  std::span<const Sh9Rgb> arriving_;
 };
 
 } // namespace daylit

@@ -21,6 +21,7 @@ inline bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }
 struct GlossyRays::Surface {
   SurfaceMaterial material;
   glm::vec3 tangent{0.0f}, bitangent{0.0f}, normal{0.0f}; ///< world
+  glm::vec3 smooth{0.0f};                                 ///< normal without the map, on the same side
   glm::vec3 out{0.0f};                                    ///< local, towards where the ray came from
   Bsdf bsdf;
 

@@ -107,6 +107,8 @@ std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const Virtual
   for (std::size_t v = 0; v < light.size(); ++v)
     for (std::size_t c = 0; c < 9; ++c)
       light[v][c] += near[v][c];
+  if (room_.indirect_shadow)
+    add_lamp_light(*room_.indirect_shadow, objects, light);
   return light;
 }
 
@@ -127,6 +129,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     probes.outside = spread_vertex_probes(senders.triangles, probes.vertices);
     if (room_.indirect_shadow) {
       room_.indirect_shadow->set_objects(placed_parts(*objects));
+      room_.indirect_shadow->set_lamps(senders);
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
       probes.contact = contact_views(*room_.indirect_shadow, *objects);
       probes.windows = window_shares(*room_.indirect_shadow, *objects, probes.contact);
@@ -134,7 +137,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {
-    const std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
+    std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
     indirect.radiance =
         relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance, &indirect.ringing);
     indirect.sent = exchange_light(sky, *objects, indirect.radiance);
@@ -144,6 +147,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
       add_emission(objects->senders.surface, -1.0f, indirect.sent); // it is looked up where it is seen
     else
       indirect.sent.clear();
+    indirect.arriving = any_normal_map(*objects) ? std::move(light) : std::vector<Sh9Rgb>{};
     clock.end("object_light");
   });
   report.reused.samples = direct_.reused();

@@ -148,7 +148,7 @@ Result<void> PictureStage::add_glossy(const PictureToChange& picture, const Pict
   const ObjectsIndirectLight& light = in.light.indirect();
   GlossySettings settings{.most_rays = in.shown->reflections};
   const auto rays_with = [&](const GlossySettings& s) {
-    return GlossyRays(seen, light.sent, light.radiance, in.light.direct().lights.sky, s);
+    return GlossyRays(seen, light.sent, light.radiance, in.light.direct().lights.sky, s, light.arriving);
   };
   const GlossyRays rays = rays_with(settings);
   const DrawnPicture drawn{*drawn_, *in.camera, things};

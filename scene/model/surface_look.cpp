@@ -143,7 +143,8 @@ SurfaceLook surface_look(const ObjectMesh& mesh, std::size_t triangle, float u, 
   const ObjectMaterial& m = material_of(mesh, triangle);
   const TextureLookup textures(mesh, triangle, u, v, footprint_m);
   const Frame frame = smooth_frame(mesh, triangle, u, v);
-  SurfaceLook look{textured(m, textures, vertex_colour(mesh, triangle, u, v)), mapped_normal(m, textures, frame), {}};
+  SurfaceLook look{
+      textured(m, textures, vertex_colour(mesh, triangle, u, v)), mapped_normal(m, textures, frame), {}, frame.normal};
   look.tangent = across(frame.tangent, look.normal);
   apply_anisotropy(m, textures, frame, look);
   if (m.lobe)

@@ -16,6 +16,7 @@ struct SurfaceLook {
   SurfaceMaterial material;
   glm::vec3 normal{0.0f, 0.0f, 1.0f};  ///< unit, frame of the mesh, smooth, with the normal map; points outwards
   glm::vec3 tangent{1.0f, 0.0f, 0.0f}; ///< unit, across the normal: the direction that alpha_u belongs to
+  glm::vec3 smooth{0.0f, 0.0f, 1.0f};  ///< the normal without the map
 };
 
 /// At weights u and v of corners 1 and 2 of a triangle. `footprint_m`: side of the part of the surface that is seen, in

@@ -1,0 +1,72 @@
+// What a normal map does to the diffuse part of a material. It was drawn with the smooth normal n, with all shadows:
+// here it is multiplied, direct and indirect light apart, by what a surface of the mapped normal m receives over what
+// one of n does.
+
+#include <algorithm>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "runtime/reflect/glossy_surface.h"
+#include "scene/volume/volume.h"
+
+namespace daylit {
+
+namespace {
+
+constexpr float kMostRelief = 16.0f; // where light grazes n
+
+Rgb ratio(const Rgb& mapped, const Rgb& smooth) {
+  Rgb r(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (smooth[c] > 0.0f)
+      r[c] = std::clamp(mapped[c] / smooth[c], 0.0f, kMostRelief);
+  return r;
+}
+
+} // namespace
+
+/// sum E max(0, m.w) / sum E n.w over the lights above the surface (n.w > 0): samples of the sky, and the sun where it
+/// reaches the point.
+Rgb GlossyRays::relief_of_direct(const ObjectPoint& point, const Surface& s) const {
+  Rgb mapped(0.0f), smooth(0.0f);
+  const auto add = [&](const glm::vec3& w, const Rgb& irradiance) {
+    smooth += glm::dot(s.smooth, w) * irradiance;
+    mapped += std::max(glm::dot(s.normal, w), 0.0f) * irradiance;
+  };
+  for (const DirectionalLight& l : sky_)
+    if (const glm::vec3 w(l.direction); glm::dot(s.smooth, w) > 0.0f)
+      add(w, l.irradiance);
+  if (room_.sun)
+    if (const glm::vec3 w(room_.sun->direction); glm::dot(s.smooth, w) > 0.0f)
+      if (const auto x = lit_from(point, s, w))
+        add(w, room_.sun_at(*x));
+  return ratio(mapped, smooth);
+}
+
+/// E(m) / E(n) of nine coefficients, times what of the half space of m lies above the surface, (1 + m.n) / 2 of its
+/// light where that is even (a lune; Howell C-5 with an edge in common).
+Rgb GlossyRays::relief_of_indirect(const ObjectPoint& point, const Surface& s) const {
+  if (arriving_.empty())
+    return Rgb(1.0f);
+  const VirtualObjects::Part& part = room_.objects.objects().parts[point.part];
+  const auto& t = part.mesh().triangles[point.triangle];
+  const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
+  Sh9Rgb light{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Sh9Rgb& vertex = arriving_[part.sender_of(t[k])];
+    for (std::size_t i = 0; i < light.size(); ++i)
+      light[i] += weight[k] * vertex[i];
+  }
+  const float above = 0.5f * (1.0f + glm::dot(s.normal, s.smooth));
+  return above * ratio(irradiance(light, s.normal), irradiance(light, s.smooth));
+}
+
+/// direct x D + indirect x I = (direct + indirect) D - indirect (D - I): the first is all that was drawn.
+void GlossyRays::shade_relief(const ObjectPoint& point, const Surface& s, GlossyLight& light) const {
+  const Rgb direct = relief_of_direct(point, s), indirect = relief_of_indirect(point, s);
+  light.occluded = indirect * light.occluded + (direct - indirect) * diffuse_of(indirect_, point, s);
+  light.diffuse *= direct;
+}
+
+} // namespace daylit
