@@ -219,7 +219,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
     left.light_step = 0;
     const Work::Tree& tree = work.trees[branch.tree];
     if (finds_sky_behind(branch.inside, s))
-      sent += sky_behind(point, s, tree.lights);
+      sent += sky_highlight(point, s, 0.0f, static_cast<std::size_t>(tree.lights) % kLightPatterns, kLightPatterns);
     else if (!branch.inside && tree.takes_lights && shares_sky(s))
       sent += one_light(point, s, left, tree.u);
     spread(point, s, left, work);

@@ -92,7 +92,6 @@ private:
   Rgb sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                     std::size_t step) const;
   bool finds_sky_behind(bool inside, const Surface& s) const;
-  Rgb sky_behind(const ObjectPoint& point, const Surface& s, int lights) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
                           Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;

@@ -100,8 +100,8 @@ float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, floa
   return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
 }
 
-/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. Light that
-/// facets reflect more than once is in f alone: the samples that stand for it bring none of the sky.
+/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. What
+/// facets of glass reflect more than once is in f alone: the samples that stand for it bring none of the sky.
 Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                               std::size_t step) const {
   const auto times = static_cast<float>(step);
@@ -124,21 +124,6 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
 /// From inside of glass its far side is a lobe that seldom finds a window, too.
 bool GlossyRays::finds_sky_behind(bool inside, const Surface& s) const {
   return inside && !sky_.empty() && s.alpha() >= kLeastSkyBehind;
-}
-
-/// sum f cos E T V of the lights of one pattern, times the number of patterns.
-Rgb GlossyRays::sky_behind(const ObjectPoint& point, const Surface& s, int lights) const {
-  Rgb sum(0.0f);
-  for (auto j = static_cast<std::size_t>(lights) % kLightPatterns; j < sky_.size(); j += kLightPatterns) {
-    const glm::vec3 direction(sky_[j].direction), in = s.to_local(direction);
-    const auto x = lit_from(point, s, direction);
-    if (!x)
-      continue;
-    const Rgb weight = static_cast<float>(kLightPatterns) * in.z * s.bsdf.glossy(s.out, in);
-    if (largest(weight) > kFaintest)
-      sum += weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
-  }
-  return sum;
 }
 
 } // namespace daylit
