@@ -88,7 +88,8 @@ private:
   Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad, double turn) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;
-  float lobe_part(float lobe_density, const glm::vec3& direction, float width_rad, std::size_t step) const;
+  float light_density(const glm::vec3& direction, float width_rad, std::size_t step) const;
+  static float lobe_part(float lobe_density, float light_density);
   Rgb sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                     std::size_t step) const;
   bool finds_sky_behind(bool inside, const Surface& s) const;

@@ -92,16 +92,20 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad
 /// is around it. What mirrors finds the sky by the frame's lights as well.
 bool GlossyRays::shares_sky(const Surface& s) const { return !sky_.empty() && s.alpha() >= kLeastSharing; }
 
-/// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights,
-/// which lie as dense as the sky is bright.
-float GlossyRays::lobe_part(float lobe_density, const glm::vec3& direction, float width_rad, std::size_t step) const {
-  const float count = static_cast<float>(sky_.size()) / static_cast<float>(step),
-              lights = count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
-  return lobe_density * lobe_density / std::max(lobe_density * lobe_density + lights * lights, 1e-30f);
+/// Of every `step`-th of the frame's lights, which lie as dense as the sky is bright; per sr.
+float GlossyRays::light_density(const glm::vec3& direction, float width_rad, std::size_t step) const {
+  const float count = static_cast<float>(sky_.size()) / static_cast<float>(step);
+  return count * luminance(room_.sky(direction, width_rad)) / sky_luminance_;
 }
 
-/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. What
-/// facets of glass reflect more than once is in f alone: the samples that stand for it bring none of the sky.
+/// Power heuristic (Veach & Guibas 1995): a^2 / (a^2 + b^2), a: density of all samples of the lobe, b: of the lights.
+float GlossyRays::lobe_part(float lobe_density, float light_density) {
+  const float a2 = lobe_density * lobe_density, b2 = light_density * light_density;
+  return a2 / std::max(a2 + b2, 1e-30f);
+}
+
+/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. f cos: of what
+/// the lobes mirror; through a surface, which no such sample shares, all.
 Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                               std::size_t step) const {
   const auto times = static_cast<float>(step);
@@ -111,12 +115,13 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
     const auto x = lit_from(point, s, direction);
     if (!x)
       continue;
-    Rgb weight = in.z * s.bsdf.glossy(s.out, in);
+    Rgb weight = s.out.z < 0.0f ? in.z * s.bsdf.glossy(s.out, in) : Rgb(0.0f);
+    const float lights = light_density(direction, s.alpha(), step);
     for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
       if (lobe)
-        weight -= lobe_part(samples * lobe->density, direction, s.alpha(), step) * lobe->density * lobe->weight;
+        weight += (1.0f - lobe_part(samples * lobe->density, lights)) * lobe->density * lobe->weight;
     if (largest(weight) * times > kFaintest)
-      sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+      sum += times * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
   }
   return sum;
 }
