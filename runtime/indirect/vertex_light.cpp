@@ -183,9 +183,10 @@ void add_exchange(const IndirectShadow& field, const VirtualObjects& objects, co
   });
 }
 
-void add_lamp_light(const IndirectShadow& field, const VirtualObjects& objects, std::span<Sh9Rgb> light) {
+std::vector<Sh9Rgb> lamp_light(const IndirectShadow& field, const VirtualObjects& objects) {
   constexpr int kSide = 3;
   constexpr double kInset = 0.05; // of the box: floors and walls touch it
+  std::vector<Sh9Rgb> light(field.has_lamps() ? objects.senders.surface.positions.size() : 0);
   for (std::size_t k = 0; field.has_lamps() && k < objects.parts.size(); ++k) {
     const auto [first, last] = of_part(objects.parts[k], objects.senders.vertex);
     Bounds box;
@@ -200,6 +201,7 @@ void add_lamp_light(const IndirectShadow& field, const VirtualObjects& objects, 
         for (std::size_t m = 0; m < light[i].size(); ++m)
           light[i][m] += c.weight * known[c.point][m];
   }
+  return light;
 }
 
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,

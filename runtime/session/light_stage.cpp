@@ -104,11 +104,13 @@ std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const Virtual
   std::vector<Sh9Rgb> light = light_between(sky.field(), probes_->vertices);
   const std::vector<Sh9Rgb> near = near_sun_.correction(objects, probes_->vertices, probes_.version(), sky->sun,
                                                         room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
-  for (std::size_t v = 0; v < light.size(); ++v)
-    for (std::size_t c = 0; c < 9; ++c)
-      light[v][c] += near[v][c];
-  if (room_.indirect_shadow)
-    add_lamp_light(*room_.indirect_shadow, objects, light);
+  const auto add = [&](std::span<const Sh9Rgb> more) {
+    for (std::size_t v = 0; v < more.size(); ++v)
+      for (std::size_t c = 0; c < 9; ++c)
+        light[v][c] += more[v][c];
+  };
+  add(near);
+  add(probes_->lamps);
   return light;
 }
 
@@ -133,6 +135,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
       probes.contact = contact_views(*room_.indirect_shadow, *objects);
       probes.windows = window_shares(*room_.indirect_shadow, *objects, probes.contact);
+      probes.lamps = lamp_light(*room_.indirect_shadow, *objects);
     }
     clock.end("probes");
   });

@@ -51,6 +51,7 @@ struct ObjectsProbes {
   FeedbackTerms feedback;
   ContactViews contact;
   WindowShares windows;
+  std::vector<Sh9Rgb> lamps; ///< what lamps send by way of the room; empty without lamps
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.
