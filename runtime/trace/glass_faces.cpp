@@ -2,30 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
+#include <cmath>
 #include <utility>
 
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/material/fresnel.h"
 #include "scene/model/straight_light.h"
 
 namespace daylit {
-
-namespace {
-
-constexpr int kMostFaces = 16;       // on one way; more let nothing through that could be seen
-constexpr float kNextFace_m = 2e-5f; // beyond a face, the next is looked for
-
-void set_rgb(LaneRgb& values, int lane, const Rgb& value) {
-  for (int c = 0; c < 3; ++c)
-    values.channel[c][lane] = value[c];
-}
-
-Rgb get_rgb(const LaneRgb& values, int lane) {
-  return {values.channel[0][lane], values.channel[1][lane], values.channel[2][lane]};
-}
-
-} // namespace
 
 std::vector<std::uint8_t> GlassFaces::mark(const ObjectSurface& objects) {
   std::vector<std::uint8_t> is_glass(objects.triangles.size(), 0);
@@ -36,6 +23,18 @@ std::vector<std::uint8_t> GlassFaces::mark(const ObjectSurface& objects) {
   return is_glass;
 }
 
+GlassFaces::Face GlassFaces::face_of(const ObjectMesh& mesh, std::uint32_t own, std::uint32_t triangle) {
+  const ObjectMaterial& m = *mesh.material_or_null(own);
+  return {&mesh,
+          own,
+          triangle,
+          glm::vec3(0.0f),
+          has_even_colour(mesh, own),
+          straight_colour(mesh, own, 1.0f / 3.0f, 1.0f / 3.0f),
+          m.thin ? Rgb(0.0f) : m.absorption_per_m(),
+          m.ior};
+}
+
 Result<GlassFaces> GlassFaces::build(const ObjectSurface& objects, std::span<const glm::vec3> positions) {
   GlassFaces glass;
   glass.objects_ = objects.glass;
@@ -44,11 +43,11 @@ Result<GlassFaces> GlassFaces::build(const ObjectSurface& objects, std::span<con
   for (const GlassObject& object : objects.glass) {
     for (std::uint32_t t = 0; t < object.mesh->triangles.size(); ++t)
       if (const std::uint32_t all = object.first_triangle + t; is_glass[all]) {
-        glass.faces_.push_back({object.mesh.get(), t, all, {}});
+        glass.faces_.push_back(face_of(*object.mesh, t, all));
         triangles.push_back(objects.triangles[all]);
       }
   }
-  auto built = PacketScene::build(positions, triangles);
+  auto built = PacketScene::build(positions, triangles, PacketScene::Edges::watertight, PacketScene::Hits::all_too);
   if (!built)
     return built.error();
   glass.rays_ = std::move(*built);
@@ -74,36 +73,41 @@ Result<void> GlassFaces::move(const ObjectSurface& objects, std::span<const glm:
   return {};
 }
 
-/// Product over the faces on the way of straight_transmittance().
-LaneMask GlassFaces::pass(LaneMask lanes, const RayPacket16& rays, LaneRgb& left) const {
-  for (auto& channel : left.channel)
-    std::fill(channel, channel + kLanes, 1.0f);
-  RayPacket16 rest = rays;
-  RayHits16 hits;
-  float before[kLanes]; // where the way to the next face begins
-  std::copy(rays.tnear, rays.tnear + kLanes, before);
-  LaneMask met = 0, going = lanes;
-  for (int count = 0; going != 0 && count < kMostFaces; ++count) {
-    rays_.closest(going, rest, hits);
-    for (std::uint32_t open = std::exchange(going, 0u); open; open &= open - 1) {
-      const int k = std::countr_zero(open);
-      if (hits.triangle[k] == kNoTriangle)
-        continue;
-      const Face& face = faces_[hits.triangle[k]];
-      const float at = hits.distance[k];
-      const float cosine = glm::dot(face.normal, glm::vec3(rays.dir_x[k], rays.dir_y[k], rays.dir_z[k]));
-      const Rgb through = get_rgb(left, k) * straight_transmittance(*face.mesh, face.own_triangle, hits.u[k], hits.v[k],
-                                                                    cosine, at - before[k]);
-      set_rgb(left, k, through);
-      met |= 1u << k;
-      going |= through == Rgb(0.0f) ? 0u : 1u << k;
-      before[k] = at;
-      rest.tnear[k] = at * (1.0f + 0x1p-20f) + kNextFace_m;
-    }
+/// On the ways of a packet.
+class GlassFaces::Passing final : public HitVisitor {
+public:
+  Passing(const std::vector<Face>& faces, const RayPacket16& rays) : faces_(faces), rays_(rays) {
+    left_.fill(Rgb(1.0f));
   }
-  for (; going; going &= going - 1)
-    set_rgb(left, std::countr_zero(going), Rgb(0.0f));
-  return met;
+
+  /// Of a way inside solid glass the far end counts, less the near end.
+  void meet(int k, std::uint32_t triangle, float distance, float u, float v) override {
+    const Face& face = faces_[triangle];
+    const float cosine = glm::dot(face.normal, glm::vec3(rays_.dir_x[k], rays_.dir_y[k], rays_.dir_z[k]));
+    const auto lane = static_cast<std::size_t>(k);
+    left_[lane] *= (1.0f - fresnel_dielectric(std::abs(cosine), face.ior)) *
+                   (face.has_even_colour ? face.colour : straight_colour(*face.mesh, face.own_triangle, u, v));
+    depth_[lane] += std::copysign(distance - rays_.tnear[k], cosine) * face.absorption_per_m;
+    met_ |= 1u << k;
+  }
+  LaneMask met() const { return met_; }
+  Rgb left(std::size_t k) const { return left_[k] * glm::exp(-glm::max(depth_[k], Rgb(0.0f))); }
+
+private:
+  const std::vector<Face>& faces_;
+  const RayPacket16& rays_;
+  std::array<Rgb, kLanes> left_, depth_{};
+  LaneMask met_ = 0;
+};
+
+/// Product over the faces on the way of straight_transmittance(), for which no order matters.
+LaneMask GlassFaces::pass(LaneMask lanes, const RayPacket16& rays, LaneRgb& left) const {
+  Passing passing(faces_, rays);
+  rays_.all(lanes, rays, passing);
+  for (std::size_t k = 0; k < kLanes; ++k)
+    for (int c = 0; c < 3; ++c)
+      left.channel[c][k] = passing.left(k)[c];
+  return passing.met();
 }
 
 } // namespace daylit

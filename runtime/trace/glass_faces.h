@@ -33,12 +33,17 @@ public:
   LaneMask meets(LaneMask lanes, const RayPacket16& rays) const { return rays_.occluded(lanes, rays); }
 
 private:
+  class Passing;
   struct Face {
     const ObjectMesh* mesh = nullptr;
     std::uint32_t own_triangle = 0; ///< of the mesh
     std::uint32_t triangle = 0;     ///< of all objects
     glm::vec3 normal{0.0f};         ///< unit, outside
+    bool has_even_colour = true;
+    Rgb colour{0.0f}, absorption_per_m{0.0f};
+    float ior = 1.0f;
   };
+  static Face face_of(const ObjectMesh& mesh, std::uint32_t own_triangle, std::uint32_t triangle);
   void find_normals(const ObjectSurface& objects, std::span<const glm::vec3> positions);
 
   std::vector<GlassObject> objects_; ///< their meshes are kept for the faces

@@ -94,10 +94,27 @@ RTCIntersectContext coherent_context() {
   return context;
 }
 
+struct VisitContext {
+  RTCIntersectContext context; // first: Embree hands it back
+  HitVisitor* visitor = nullptr;
+};
+
+/// Tells of the hit and has the ray go on.
+void tell_and_go_on(const RTCFilterFunctionNArguments* of) {
+  HitVisitor& visitor = *reinterpret_cast<VisitContext*>(of->context)->visitor;
+  for (unsigned i = 0; i < of->N; ++i)
+    if (of->valid[i]) {
+      visitor.meet(static_cast<int>(RTCRayN_id(of->ray, of->N, i)), RTCHitN_primID(of->hit, of->N, i),
+                   RTCRayN_tfar(of->ray, of->N, i), RTCHitN_u(of->hit, of->N, i), RTCHitN_v(of->hit, of->N, i));
+      of->valid[i] = 0;
+    }
+}
+
 } // namespace
 
 Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
-                                       std::span<const std::array<std::uint32_t, 3>> triangles, Edges edges) {
+                                       std::span<const std::array<std::uint32_t, 3>> triangles, Edges edges,
+                                       Hits hits) {
   PacketScene result;
   result.handle_ = std::make_shared<Handle>();
   Handle& h = *result.handle_;
@@ -106,7 +123,8 @@ Result<PacketScene> PacketScene::build(std::span<const glm::vec3> vertices,
     return Error{ErrorCode::device, "the ray tracing library did not start", "embree", ""};
   h.scene = rtcNewScene(h.device);
   const RTCSceneFlags robust = edges == Edges::watertight ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
-  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(robust | RTC_SCENE_FLAG_DYNAMIC));
+  const RTCSceneFlags all = hits == Hits::all_too ? RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION : RTC_SCENE_FLAG_NONE;
+  rtcSetSceneFlags(h.scene, static_cast<RTCSceneFlags>(robust | all | RTC_SCENE_FLAG_DYNAMIC));
   result.empty_ = triangles.empty();
   if (result.empty_) {
     rtcCommitScene(h.scene);
@@ -155,6 +173,19 @@ LaneMask PacketScene::occluded(LaneMask lanes, const RayPacket16& rays) const {
   for (int k = 0; k < kLanes; ++k)
     blocked |= static_cast<std::uint32_t>(r.tfar[k] < 0.0f) << k;
   return blocked & lanes;
+}
+
+void PacketScene::all(LaneMask lanes, const RayPacket16& rays, HitVisitor& visitor) const {
+  if (empty_ || lanes == 0)
+    return;
+  alignas(64) RTCRay16 r;
+  fill(r, rays, to_given_);
+  for (unsigned k = 0; k < kLanes; ++k)
+    r.id[k] = k;
+  const ValidLanes mask(lanes);
+  VisitContext context{coherent_context(), &visitor};
+  context.context.filter = tell_and_go_on;
+  rtcOccluded16(mask.valid, handle_->scene, &context.context, &r);
 }
 
 void PacketScene::closest(LaneMask lanes, const RayPacket16& rays, RayHits16& hits) const {
