@@ -266,7 +266,7 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
     const Branch& b = batch[branch_of[k]];
     if (b.sky_is_known && !room[k].end)
       continue;
-    const bool shared = b.light_step > 0 && b.lobe_density > 0.0f && !room[k].end;
+    const bool shared = b.light_step > 0 && !room[k].end;
     const float part =
         shared ? lobe_part(b.lobe_density, light_density(b.ray.direction, b.width_rad, b.light_step)) : 1.0f;
     work.add(b.tree, part * b.weight * room[k].radiance);

@@ -104,8 +104,8 @@ float GlossyRays::lobe_part(float lobe_density, float light_density) {
   return a2 / std::max(a2 + b2, 1e-30f);
 }
 
-/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. f cos: of what
-/// the lobes mirror; through a surface, which no such sample shares, all.
+/// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. Samples
+/// without a density, of light that facets reflect more than once, find none.
 Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                               std::size_t step) const {
   const auto times = static_cast<float>(step);
@@ -115,13 +115,13 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
     const auto x = lit_from(point, s, direction);
     if (!x)
       continue;
-    Rgb weight = s.out.z < 0.0f ? in.z * s.bsdf.glossy(s.out, in) : Rgb(0.0f);
+    Rgb weight = in.z * s.bsdf.glossy(s.out, in);
     const float lights = light_density(direction, s.alpha(), step);
     for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
       if (lobe)
-        weight += (1.0f - lobe_part(samples * lobe->density, lights)) * lobe->density * lobe->weight;
+        weight -= lobe_part(samples * lobe->density, lights) * lobe->density * lobe->weight;
     if (largest(weight) * times > kFaintest)
-      sum += times * weight * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+      sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
   }
   return sum;
 }

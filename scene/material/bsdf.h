@@ -52,13 +52,13 @@ public:
   float glossy_density(const glm::vec3& out, const glm::vec3& in) const;
   std::optional<BsdfSample> sample_glossy(const glm::vec3& out, const glm::vec3& u) const;
   /// The glossy lobes one by one, for renderers that follow each; empty where a lobe sends
-  /// nothing. `u` of the unit square. Light that more than one facet of a metal reflects has samples of its own. That
-  /// of glass goes where the first facet sends it, or would if it did not go below the surface: right in sum, a little
-  /// narrower than glossy(). Without absorption the weights of glass add up to 1, those of metal in the mean.
+  /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it; if that
+  /// is below the surface, glass sends it to the mirror image of there, metal anywhere: right in sum, a little narrower
+  /// than glossy(). Without absorption the weights
+  /// of metal and glass add up to 1.
   Lobes sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
   /// What sample_lobes() would say of a direction on the side of `out`, where it is no plane's: weight and density of
-  /// coat and mirrored, and in the place of what passes, whose density it gives as 0, of light that more than one facet
-  /// of a metal reflects.
+  /// coat and mirrored; nothing of what passes, whose density it gives as 0.
   Lobes mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
@@ -118,10 +118,10 @@ private:
   bool is_smooth() const { return !coat_ && facets_.alpha_u <= kLeastAlpha && facets_.alpha_v <= kLeastAlpha; }
   Lobes smooth_lobes(const glm::vec3& out) const;
   static float unstopped(const Ggx& facets, const glm::vec3& up, const glm::vec3& in, float side_wanted);
-  void put_below_coat(const glm::vec3& out, Lobes& lobes) const;
+  float below_coat(const glm::vec3& out) const;
   static Lobes seen_from(const glm::vec3& out, Lobes lobes);
-  void facet_lobes(const glm::vec3& up, const glm::vec3& h, int side, const glm::vec3& choice, Lobes& lobes) const;
-  BsdfSample rest_lobe(const glm::vec3& up, const glm::vec3& in) const;
+  void facet_lobes(const glm::vec3& up, const glm::vec3& h, int side, float below_coat, const glm::vec3& diffuse,
+                   Lobes& lobes) const;
   void coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;
   Rgb passed(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;

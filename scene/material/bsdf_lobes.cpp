@@ -12,14 +12,14 @@ namespace daylit {
 
 namespace {
 
-/// Three numbers of the unit interval that look independent of `u` and of one another, where few of many samples ask.
-glm::vec3 scattered(const glm::vec2& u) {
-  return glm::fract(glm::vec3(97.41f * u.x + 61.83f * u.y, 71.29f * u.x + 113.57f * u.y, 53.77f * u.x + 89.13f * u.y));
+/// Two numbers of the unit interval that look independent of `u` and of one another, where few of many samples ask.
+glm::vec2 scattered(const glm::vec2& u) {
+  return glm::fract(glm::vec2(97.41f * u.x + 61.83f * u.y, 71.29f * u.x + 113.57f * u.y));
 }
 
 glm::vec3 cosine_direction(const glm::vec2& u) {
   const float r = std::sqrt(u.x), angle = 2.0f * std::numbers::pi_v<float> * u.y;
-  return {r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(1.0f - u.x, 0.0f))};
+  return {r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(1.0f - u.x, 1e-6f))};
 }
 
 } // namespace
@@ -29,14 +29,7 @@ float Bsdf::unstopped(const Ggx& facets, const glm::vec3& up, const glm::vec3& i
   return in.z * side_wanted > 0.0f ? facets.masking(up, in) / facets.masking(up) : 0.0f;
 }
 
-void Bsdf::put_below_coat(const glm::vec3& out, Lobes& lobes) const {
-  if (!coat_)
-    return;
-  const float left = 1.0f - seen(out).coat;
-  for (std::optional<BsdfSample>& lobe : lobes)
-    if (lobe)
-      lobe->weight *= left;
-}
+float Bsdf::below_coat(const glm::vec3& out) const { return coat_ ? 1.0f - seen(out).coat : 1.0f; }
 
 /// Lobes of a surface from above, on the side of `out`.
 Bsdf::Lobes Bsdf::seen_from(const glm::vec3& out, Lobes lobes) {
@@ -63,28 +56,17 @@ Bsdf::Lobes Bsdf::smooth_lobes(const glm::vec3& out) const {
   return lobes;
 }
 
-/// Light that a metal's facets reflect more than once, as diffuse; found so often as other facets stop the first one's.
-BsdfSample Bsdf::rest_lobe(const glm::vec3& up, const glm::vec3& in) const {
-  const float stopped = m_.metallic * (1.0f - mirror_->at(facets_, up).x);
-  return {in, metal_rest_, stopped * in.z * std::numbers::inv_pi_v<float>, false};
-}
-
-// Mirrored and refracted light share the facet. What other facets stop of it a metal sends on as rest_lobe(), whenever
-// `choice` of the unit interval is below its part. With glass it goes along, turned to the side where it comes out, and
-// has no density. In the mean over facets both are as much as rest_reflected() and rest_passed() send, of each facet
-// without colour all light that met it.
-void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, const glm::vec3& choice,
+// Mirrored and refracted light share the facet, and what other facets stop of both goes along with it, turned to the
+// side where it comes out: in the mean over facets as much as rest_reflected() and rest_passed() send, of each facet
+// without colour all light that met it. What a metal would mirror below the surface goes anywhere, as `diffuse` says.
+// What is turned has no density.
+void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float below_coat, const glm::vec3& diffuse,
                        Lobes& lobes) const {
   const float c = glm::dot(up, h), through = m_.metallic < 1.0f ? (1.0f - m_.metallic) * m_.transmission : 0.0f;
   const glm::vec3 reflection = 2.0f * c * h - up;
   const Facet sent = facet(c, where);
-  const float mirrored = unstopped(facets_, up, reflection, 1.0f), rest = (1.0f - mirrored) * m_.metallic,
-              facets = 1.0f - rest;
-  if (choice.z < rest) {
-    lobes[1] = rest_lobe(up, cosine_direction(choice));
-    return;
-  }
-  Rgb reflected = mirrored * sent.mirrored;
+  const float mirrored = unstopped(facets_, up, reflection, 1.0f);
+  Rgb reflected = mirrored * sent.mirrored + (1.0f - mirrored) * m_.metallic * metal_rest_;
   if (through > 0.0f) {
     const auto bent = solid_ ? refracted(up, h, where == 1 ? 1.0f / m_.ior : m_.ior) : std::nullopt;
     const glm::vec3 in = bent.value_or(mirrored_z(reflection));
@@ -92,11 +74,12 @@ void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, const
                 stopped = through * (clear * (1.0f - mirrored) + (1.0f - clear) * (1.0f - passed));
     reflected += (1.0f - passed_rest_[where]) * stopped;
     if (const Rgb part = passed * sent.passed + passed_rest_[where] * stopped * m_.base_colour; part != Rgb(0.0f))
-      lobes[2] = BsdfSample{turned(in, -1.0f), part / facets, 0.0f, true};
+      lobes[2] = BsdfSample{turned(in, -1.0f), below_coat * part, 0.0f, true};
   }
   if (reflected != Rgb(0.0f))
-    lobes[1] = BsdfSample{turned(reflection, 1.0f), reflected / facets,
-                          mirrored > 0.0f ? facets * facets_.visible_density(up, h) / (4.0f * c) : 0.0f, false};
+    lobes[1] =
+        BsdfSample{m_.metallic > 0.0f && reflection.z <= 0.0f ? diffuse : turned(reflection, 1.0f),
+                   below_coat * reflected, mirrored > 0.0f ? facets_.visible_density(up, h) / (4.0f * c) : 0.0f, false};
 }
 
 void Bsdf::coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const {
@@ -118,8 +101,7 @@ Bsdf::Lobes Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
   if (is_smooth())
     return smooth_lobes(out);
   Lobes lobes;
-  facet_lobes(up, facets_.sample_visible(up, u), side(out), scattered(u), lobes);
-  put_below_coat(out, lobes);
+  facet_lobes(up, facets_.sample_visible(up, u), side(out), below_coat(out), cosine_direction(scattered(u)), lobes);
   if (coat_)
     coat_lobe(up, coat_facets_.sample_visible(up, u), lobes);
   return seen_from(out, lobes);
@@ -137,11 +119,8 @@ Bsdf::Lobes Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) con
     return lobes;
   }
   const glm::vec3 h = glm::normalize(up + up_in);
-  facet_lobes(up, h, side(out), glm::vec3(1.0f), lobes);
+  facet_lobes(up, h, side(out), below_coat(out), up_in, lobes);
   lobes[2].reset();
-  if (m_.metallic > 0.0f)
-    lobes[2] = rest_lobe(up, up_in);
-  put_below_coat(out, lobes);
   if (coat_)
     coat_lobe(up, h, lobes);
   return seen_from(out, lobes);

@@ -108,8 +108,7 @@ TEST(bsdf, each_sample_of_lossless_facets_sends_on_all_light) {
 }
 
 TEST(bsdf, lobes_send_in_the_mean_what_the_surface_reflects_and_lets_through) {
-  for (const SurfaceMaterial& m :
-       {metal(0.6f), stretched(metal(0.5f), 0.8f), glass(0.5f), glass(0.9f), thin(0.7f), mixture(0.5f)}) {
+  for (const SurfaceMaterial& m : {metal(0.6f), glass(0.5f), glass(0.9f), thin(0.7f), mixture(0.5f)}) {
     SurfaceMaterial tinted = m;
     tinted.base_colour = Rgb(0.6f);
     const Bsdf bsdf(tinted);
@@ -151,14 +150,9 @@ TEST(bsdf, mirroring_lobes_are_those_of_the_samples) {
             continue;
           if (lobes[k]->density == 0.0f) // turned up from below the surface
             continue;
-          const auto again = bsdf.mirroring_lobes(out, lobes[k]->direction);
-          const auto off = [&](std::size_t a) {
-            return again[a] ? std::abs(again[a]->density / lobes[k]->density - 1.0f) : 1e9f;
-          };
-          const std::size_t at = off(k) <= off(2) ? k : 2; // its own place, or that of light reflected more than once
-          const auto& same = again[at];
+          sampled[k] += lobes[k]->weight.x / kCount;
+          const auto same = bsdf.mirroring_lobes(out, lobes[k]->direction)[k];
           ASSERT_TRUE(same);
-          sampled[at] += lobes[k]->weight.x / kCount;
           EXPECT_NEAR(same->weight.x, lobes[k]->weight.x, 1e-3f);
           EXPECT_NEAR(same->density, lobes[k]->density, 0.01f * lobes[k]->density);
         }
