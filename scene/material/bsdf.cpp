@@ -296,6 +296,11 @@ float Bsdf::density(const Ways& w, const glm::vec3& out, const glm::vec3& in) co
   return sum;
 }
 
+glm::vec3 Bsdf::cosine_direction(const glm::vec2& u) {
+  const float r = std::sqrt(u.x), angle = 2.0f * kPi * u.y;
+  return {r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(1.0f - u.x, 0.0f))};
+}
+
 std::optional<glm::vec3> Bsdf::direction(const Ways& w, const glm::vec3& out, const glm::vec3& u) const {
   const glm::vec3 up = out.z < 0.0f ? mirrored_z(out) : out;
   const glm::vec2 u2(u);
@@ -314,8 +319,9 @@ std::optional<glm::vec3> Bsdf::direction(const Ways& w, const glm::vec3& out, co
     else if (in = refracted(up, h, relative_ior(out)); in && in->z >= 0.0f)
       in.reset();
   } else {
-    const float r = std::sqrt(u.x), angle = 2.0f * kPi * u.y, z = std::sqrt(std::max(0.0f, 1.0f - u.x));
-    in = glm::vec3(r * std::cos(angle), r * std::sin(angle), u.z < w.coat + w.facets + w.same_side ? z : -z);
+    in = cosine_direction(u2);
+    if (u.z >= w.coat + w.facets + w.same_side)
+      in = mirrored_z(*in);
   }
   return in && out.z < 0.0f ? mirrored_z(*in) : in;
 }

@@ -105,6 +105,7 @@ private:
 
   static constexpr float kLeastCosine = 1e-6f; ///< closer to the surface nothing is seen
   static glm::vec3 mirrored_z(const glm::vec3& w) { return {w.x, w.y, -w.z}; }
+  static glm::vec3 cosine_direction(const glm::vec2& u); ///< above, as dense as the cosine
   static glm::vec3 turned(const glm::vec3& w, float side) { return w.z * side < 0.0f ? mirrored_z(w) : w; }
   int side(const glm::vec3& w) const { return solid_ && w.z < 0.0f ? 1 : 0; }
   float relative_ior(const glm::vec3& out) const { return side(out) == 1 ? 1.0f / m_.ior : m_.ior; }
@@ -120,7 +121,7 @@ private:
   static float unstopped(const Ggx& facets, const glm::vec3& up, const glm::vec3& in, float side_wanted);
   float below_coat(const glm::vec3& out) const;
   static Lobes seen_from(const glm::vec3& out, Lobes lobes);
-  void facet_lobes(const glm::vec3& up, const glm::vec3& h, int side, float below_coat, const glm::vec3& diffuse,
+  void facet_lobes(const glm::vec3& up, const glm::vec3& h, int side, float below_coat, const glm::vec2& u,
                    Lobes& lobes) const;
   void coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const;
   Rgb reflected(const glm::vec3& out, const glm::vec3& in, const Seen& seen_out, const Seen& seen_in) const;

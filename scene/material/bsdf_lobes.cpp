@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -15,11 +14,6 @@ namespace {
 /// Two numbers of the unit interval that look independent of `u` and of one another, where few of many samples ask.
 glm::vec2 scattered(const glm::vec2& u) {
   return glm::fract(glm::vec2(97.41f * u.x + 61.83f * u.y, 71.29f * u.x + 113.57f * u.y));
-}
-
-glm::vec3 cosine_direction(const glm::vec2& u) {
-  const float r = std::sqrt(u.x), angle = 2.0f * std::numbers::pi_v<float> * u.y;
-  return {r * std::cos(angle), r * std::sin(angle), std::sqrt(std::max(1.0f - u.x, 1e-6f))};
 }
 
 } // namespace
@@ -58,9 +52,9 @@ Bsdf::Lobes Bsdf::smooth_lobes(const glm::vec3& out) const {
 
 // Mirrored and refracted light share the facet, and what other facets stop of both goes along with it, turned to the
 // side where it comes out: in the mean over facets as much as rest_reflected() and rest_passed() send, of each facet
-// without colour all light that met it. What a metal would mirror below the surface goes anywhere, as `diffuse` says.
+// without colour all light that met it. What a metal would mirror below the surface goes anywhere, `u` says where.
 // What is turned has no density.
-void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float below_coat, const glm::vec3& diffuse,
+void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float below_coat, const glm::vec2& u,
                        Lobes& lobes) const {
   const float c = glm::dot(up, h), through = m_.metallic < 1.0f ? (1.0f - m_.metallic) * m_.transmission : 0.0f;
   const glm::vec3 reflection = 2.0f * c * h - up;
@@ -77,9 +71,9 @@ void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float
       lobes[2] = BsdfSample{turned(in, -1.0f), below_coat * part, 0.0f, true};
   }
   if (reflected != Rgb(0.0f))
-    lobes[1] =
-        BsdfSample{m_.metallic > 0.0f && reflection.z <= 0.0f ? diffuse : turned(reflection, 1.0f),
-                   below_coat * reflected, mirrored > 0.0f ? facets_.visible_density(up, h) / (4.0f * c) : 0.0f, false};
+    lobes[1] = BsdfSample{
+        m_.metallic > 0.0f && reflection.z <= 0.0f ? cosine_direction(scattered(u)) : turned(reflection, 1.0f),
+        below_coat * reflected, mirrored > 0.0f ? facets_.visible_density(up, h) / (4.0f * c) : 0.0f, false};
 }
 
 void Bsdf::coat_lobe(const glm::vec3& up, const glm::vec3& h, Lobes& lobes) const {
@@ -101,7 +95,7 @@ Bsdf::Lobes Bsdf::sample_lobes(const glm::vec3& out, const glm::vec2& u) const {
   if (is_smooth())
     return smooth_lobes(out);
   Lobes lobes;
-  facet_lobes(up, facets_.sample_visible(up, u), side(out), below_coat(out), cosine_direction(scattered(u)), lobes);
+  facet_lobes(up, facets_.sample_visible(up, u), side(out), below_coat(out), u, lobes);
   if (coat_)
     coat_lobe(up, coat_facets_.sample_visible(up, u), lobes);
   return seen_from(out, lobes);
@@ -119,7 +113,7 @@ Bsdf::Lobes Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) con
     return lobes;
   }
   const glm::vec3 h = glm::normalize(up + up_in);
-  facet_lobes(up, h, side(out), below_coat(out), up_in, lobes);
+  facet_lobes(up, h, side(out), below_coat(out), glm::vec2(0.0f), lobes);
   lobes[2].reset();
   if (coat_)
     coat_lobe(up, h, lobes);

@@ -165,6 +165,28 @@ TEST(GlossyRays, frosted_glass_shows_a_window_by_lights_as_by_lobes_alone_but_sm
   EXPECT_LT(roughness(by_lights), 0.5 * roughness(by_lobes));
 }
 
+/// From the light into the shadow of a window's edge.
+TEST(RoomSeen, four_points_of_the_suns_disc_know_half_shadow_where_its_middle_does_not) {
+  GlossyScene scene(metal(0.4f), {}, test::box_window());
+  constexpr float kSun = 7.0f;
+  scene.sun = DetectedSun{.direction = glm::normalize(glm::dvec3(0.0, 2.5, 0.3)), .normal_irradiance = Rgb(kSun)};
+  int part = 0, lit = 0, dark = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const glm::dvec3 x = scene.middle + glm::dvec3(0.002 * (k - 1000), 0.0, 0.3);
+    const float middle = scene.seen->sun_at(x).g, disc = scene.seen->disc_at(x, 0.3).g;
+    const bool is_part = disc > 0.0f && disc < 0.99f * kSun;
+    part += is_part;
+    lit += middle > 0.0f;
+    dark += middle == 0.0f;
+    if (!is_part) {
+      EXPECT_FLOAT_EQ(disc, middle) << k;
+    }
+  }
+  EXPECT_GT(lit, 100);
+  EXPECT_GT(dark, 100);
+  EXPECT_GT(part, 4);
+}
+
 /// A point of frosted glass shows the sun by way of sixty-four points behind it, whose highlights run together; alone,
 /// each is a spark, and the row jumps by thirty times its mean.
 TEST(GlossyRays, the_sun_behind_frosted_glass_makes_no_sparks) {

@@ -127,6 +127,24 @@ TEST(bsdf, lobes_send_in_the_mean_what_the_surface_reflects_and_lets_through) {
   }
 }
 
+TEST(bsdf, what_a_metal_would_mirror_below_the_surface_goes_anywhere) {
+  for (const SurfaceMaterial& m : {metal(0.6f), stretched(metal(0.5f), 0.8f)}) {
+    const Bsdf bsdf(m);
+    const glm::vec3 out = direction(0.3f, 0.8f);
+    glm::vec3 sum(0.0f);
+    float found = 0.0f;
+    constexpr std::uint32_t kCount = 1u << 14;
+    for (std::uint32_t n = 0; n < kCount; ++n)
+      if (const auto lobe = bsdf.sample_lobes(out, glm::vec2(cube_point(n, kCount)))[1];
+          lobe && lobe->density == 0.0f) {
+        sum += lobe->direction;
+        found += 1.0f;
+      }
+    ASSERT_GT(found, 200.0f);
+    EXPECT_LT(glm::distance(sum / found, glm::vec3(0.0f, 0.0f, 2.0f / 3.0f)), 0.05f); // of a cosine's directions
+  }
+}
+
 TEST(bsdf, mirroring_lobes_are_those_of_the_samples) {
   for (const SurfaceMaterial& m : {metal(0.3f), stretched(metal(0.5f), 0.8f), coated(mixture(0.5f), 0.3f), glass(0.4f),
                                    lobed({Rgb(0.5f), {-1.0f, -1.0f, 0.9f}, 20.0f, 0.5f})}) {
