@@ -76,6 +76,7 @@ void IndirectShadow::set_direct(std::vector<TwoSided> direct, const ObjectSurfac
     });
 }
 
+MirroredLight& IndirectShadow::mirrored() { return state_->mirrored; }
 std::span<const TwoSided> IndirectShadow::direct() const { return state_->direct; }
 
 void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {

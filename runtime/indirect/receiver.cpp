@@ -38,12 +38,19 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
   std::vector<OccludedDirection> occluded;
   find_occluded(rays, patches, parts, x, n, pattern, occluded);
   receiver.senders.clear();
+  receiver.mirrors.clear();
   receiver.hidden.clear();
   for (const OccludedDirection& d : occluded) {
     const PartHit& o = d.object;
     const float corner[3] = {1.0f - o.u - o.v, o.u, o.v};
     for (std::size_t k = 0; k < 3; ++k)
       receiver.senders.push_back({2 * o.vertex[k] + o.back, d.weight * corner[k]});
+    if (o.mirrored != glm::vec3(0.0f))
+      receiver.mirrors.push_back({2 * o.vertex[corner[0] >= std::max(o.u, o.v) ? 0
+                                               : o.u >= o.v                    ? 1
+                                                                               : 2] +
+                                      o.back,
+                                  d.weight, MirroredLight::direction_of(o.mirrored)});
     if (!d.behind)
       continue;
     add_patch(receiver.hidden, d.behind, d.weight);
@@ -59,6 +66,9 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
 /// sum over the occluded directions of cos dw L_object.
 Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
+  if (mirrored.any())
+    for (const Receiver::Mirror& m : receiver.mirrors)
+      sum += m.weight * mirrored.change(m.side, m.from);
   for (const Receiver::Sender& s : receiver.senders) {
     const TwoSided& vertex = radiance[s.side / 2];
     sum += s.weight * (s.side % 2 == 0 ? vertex.front : vertex.back);

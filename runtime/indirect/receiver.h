@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "runtime/indirect/lamp_light.h"
+#include "runtime/indirect/mirrored_light.h"
 #include "runtime/indirect/occluded_directions.h"
 #include "runtime/indirect/room_light.h"
 #include "runtime/indirect/room_patches.h"
@@ -30,7 +31,14 @@ struct Receiver {
     std::uint32_t side = 0; ///< twice its number, and 1 for its back
     float weight = 0.0f;    ///< cos dw of the directions for which it speaks, sr
   };
+  /// A direction in which an object mirrors.
+  struct Mirror {
+    std::uint32_t side = 0; ///< of the nearest vertex
+    float weight = 0.0f;
+    MirroredLight::Direction from = 0; ///< where what it mirrors comes from
+  };
   std::vector<Sender> senders;            ///< until an object moves, ascending: each once
+  std::vector<Mirror> mirrors;            ///< until an object moves
   std::vector<SeenPatch> hidden;          ///< the same: what of the room is behind the objects
   float surrounded = 0.0f;                ///< the same: surrounded()
   std::vector<SeenPatch> around;          ///< what the room shows, found where an object first surrounds x
@@ -49,6 +57,7 @@ struct LitScene {
   LampLight lamps{rays, patches, parts};
   std::vector<SunlitPoint> sunlit;
   std::vector<TwoSided> radiance; ///< outgoing, of the objects' vertices
+  MirroredLight mirrored;         ///< what of them goes elsewhere
 
   LitScene(const Room& room_, const RayScene& room_rays, std::span<const Aperture> apertures,
            const RoomLight& room_light)

@@ -204,6 +204,29 @@ std::vector<Sh9Rgb> lamp_light(const IndirectShadow& field, const VirtualObjects
   return light;
 }
 
+/// What the side hides from itself it does not mirror.
+std::vector<std::array<MirroringSide, 2>> mirroring_sides(const IndirectShadow& field, const VirtualObjects& objects,
+                                                          std::span<const Sh9Rgb> light, const WindowShares& shares,
+                                                          std::span<const TwoSided> of_windows,
+                                                          std::span<const TwoSided> of_room) {
+  std::vector<std::array<MirroringSide, 2>> sides(light.size());
+  for_each_side(objects, [&](const LitSide& side) {
+    const std::size_t k = side.number;
+    const Rgb& rho = objects.senders.mirrored_reflectance[k];
+    if (rho == Rgb(0.0f))
+      return;
+    MirroringSide& s = sides[k][side.back];
+    const auto of = [&](const TwoSided& both) { return side.back ? both.back : both.front; };
+    s.as_diffuse = rho / objects.senders.surface.reflectance[k] * (of(of_windows[k]) + of(of_room[k]));
+    const Rgb seen = (1.0f - hidden_fraction(side.transfer())) * rho;
+    s.of_windows = shares[k][side.back] * seen;
+    const Sh9Rgb change = field.feedback(side.part, side.own);
+    for (std::size_t i = 0; i < s.sent.size(); ++i)
+      s.sent[i] = seen * (light[k][i] + change[i]);
+  });
+  return sides;
+}
+
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
                     std::span<const TwoSided> from_outside, std::span<TwoSided> radiance) {
   for (const VirtualObjects::Part& part : objects.parts) {

@@ -52,6 +52,13 @@ struct ObjectsIndirectLight {
   Ringing ringing;
 };
 
+/// What metals mirror, of each sender. `light`: that the room sends it, without what objects change of it;
+/// `of_windows`, `of_room`: radiance with which it reflects light from there as a diffuse surface.
+std::vector<std::array<MirroringSide, 2>> mirroring_sides(const IndirectShadow& field, const VirtualObjects& objects,
+                                                          std::span<const Sh9Rgb> light, const WindowShares& shares,
+                                                          std::span<const TwoSided> of_windows,
+                                                          std::span<const TwoSided> of_room);
+
 /// Light that goes from one part of an object to another, of all objects: SelfExchange::reflect().
 void reflect_within(const VirtualObjects& objects, std::span<const TwoSided> direct,
                     std::span<const TwoSided> from_outside, std::span<TwoSided> radiance);

@@ -67,11 +67,18 @@ PartHit PlacedParts::part_hit(const Caster& c, const glm::vec3& own_direction, c
   const auto light_of = [&](std::uint32_t v) {
     return c.part.sender.empty() ? static_cast<std::uint32_t>(c.part.first_vertex) + v : c.part.sender[v];
   };
-  return {{light_of(t[0]), light_of(t[1]), light_of(t[2])},
-          found.u,
-          found.v,
-          glm::dot(area, own_direction) > 0.0f,
-          static_cast<double>(found.distance) * c.scale};
+  PartHit hit{
+      {light_of(t[0]), light_of(t[1]), light_of(t[2])}, found.u,        found.v, glm::dot(area, own_direction) > 0.0f,
+      static_cast<double>(found.distance) * c.scale,    glm::vec3(0.0f)};
+  if (!c.part.mirror_normals.empty()) {
+    const std::span<const glm::vec3> n = c.part.mirror_normals;
+    glm::vec3 normal = glm::normalize((1.0f - found.u - found.v) * n[t[0]] + found.u * n[t[1]] + found.v * n[t[2]]);
+    normal *= hit.back ? -1.0f : 1.0f;
+    const glm::vec3 w = glm::normalize(own_direction);
+    hit.mirrored =
+        glm::transpose(glm::mat3(c.own_from_world)) * (w - 2.0f * std::min(glm::dot(w, normal), 0.0f) * normal);
+  }
+  return hit;
 }
 
 bool PlacedParts::cast(std::size_t which, const glm::dvec3& x, const glm::dvec3& w, PartHit& hit) const {

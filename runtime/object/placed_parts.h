@@ -3,6 +3,7 @@
 // The virtual objects as rays meet them where they stand: each keeps the ray scene of its own frame, and rays are
 // turned instead of triangles. Nothing is rebuilt when an object moves.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -27,6 +28,7 @@ struct PlacedPart {
   Rgb transmittance{0.0f}; ///< of one with glass: mean part of light from behind it that comes through straight
   /// Per vertex, where given: its place in the light of all objects, counted in the order of the vertices.
   std::span<const std::uint32_t> sender{};
+  std::span<const glm::vec3> mirror_normals{}; ///< of the vertices, own frame; empty where nothing mirrors
 };
 
 /// First point of an object along a ray.
@@ -34,7 +36,8 @@ struct PartHit {
   std::array<std::uint32_t, 3> vertex{}; ///< of all objects
   float u = 0.0f, v = 0.0f;              ///< weights of corners 1 and 2
   bool back = false;
-  double distance = 0.0; ///< metres
+  double distance = 0.0;    ///< metres
+  glm::vec3 mirrored{0.0f}; ///< where light that is mirrored against the ray comes from, world; 0 where nothing mirrors
 };
 
 class PlacedParts {

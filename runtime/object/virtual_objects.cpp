@@ -231,6 +231,20 @@ void find_emission(VirtualObjects& all) {
   }
 }
 
+void find_metals(VirtualObjects& all) {
+  const auto is_metal = [](const ObjectMaterial& m) { return mean_mirrored_reflectance(m) != Rgb(0.0f); };
+  for (VirtualObjects::Part& part : all.parts) {
+    part.is_metal = std::ranges::any_of(part.mesh().materials, is_metal);
+    if (!part.is_metal)
+      continue;
+    all.senders.mirrored_reflectance.resize(all.senders.vertex.size(), Rgb(0.0f));
+    const std::vector<Rgb> mirrored = mirrored_reflectance(part.mesh());
+    for (std::uint32_t v = 0; v < mirrored.size(); ++v)
+      if (all.senders.vertex[part.sender[v]] == part.first_vertex + v)
+        all.senders.mirrored_reflectance[part.sender[v]] = mirrored[v];
+  }
+}
+
 void find_glass(VirtualObjects& all) {
   const auto is_glass = [](const ObjectMaterial& m) { return m.is_transparent(); };
   const ObjectRays rays(all);
@@ -319,6 +333,7 @@ Result<VirtualObjects> load_virtual_objects(const std::vector<ObjectConfig>& obj
       return placed.error();
   }
   find_emission(all);
+  find_metals(all);
   find_glass(all);
   return all;
 }

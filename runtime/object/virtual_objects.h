@@ -46,6 +46,7 @@ struct VirtualObjects {
     bool per_pixel = false;                  ///< its material is looked up at every pixel (reflect/glossy_picture.h)
     std::vector<std::uint8_t> has_diffuse{}; ///< per vertex, of a part that is per_pixel
     BoundingSphere sphere{};                 ///< around its box, world
+    bool is_metal = false;                   ///< some of it mirrors as metals do
     bool has_glass = false;
     Rgb transmittance{0.0f}; ///< of one with glass: mean part of light from behind it that comes through straight
     /// Some of it is drawn with the light at its vertices.
@@ -60,6 +61,8 @@ struct VirtualObjects {
     std::vector<std::uint32_t> vertex;    ///< of all objects, ascending
     ObjectSurface surface;                ///< with the emission of each; triangles between them
     std::vector<Rgb> diffuse_reflectance; ///< what they send on of the sun: the part of it that is diffuse
+    /// What they mirror of other light, where they are of metal; empty where nothing is.
+    std::vector<Rgb> mirrored_reflectance;
     std::vector<VertexTransfer> transfer; ///< of each, world frame
   };
   ObjectSurface surface; ///< without emission

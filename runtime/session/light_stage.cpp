@@ -13,7 +13,8 @@ std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
   std::vector<PlacedPart> parts;
   for (const VirtualObjects::Part& part : objects.parts)
     parts.push_back({&part.rays(), part.mesh().triangles, part.mesh().positions, part.first_vertex,
-                     part.world_from_object, part.has_glass, part.transmittance, part.sender});
+                     part.world_from_object, part.has_glass, part.transmittance, part.sender,
+                     part.is_metal ? std::span<const glm::vec3>(part.mesh().normals) : std::span<const glm::vec3>{}});
   return parts;
 }
 
@@ -60,13 +61,14 @@ constexpr int kBetweenObjects = 2; // from one object to another: these are furt
 /// change the light that they see, and what leaves them changes the room. Without the exchange with the room the sun's
 /// light on the objects is not known at vertices: what they reflect of it from part to part is left out.
 std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const VirtualObjects& objects,
-                                                 std::vector<TwoSided>& radiance) const {
+                                                 std::vector<TwoSided>& radiance, std::span<const Sh9Rgb> light) const {
   const ObjectSurface& surface = objects.senders.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   std::vector<TwoSided> direct =
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   if (room_.indirect_shadow)
     shade_direct(objects, probes_->windows, direct);
+  const std::vector<TwoSided> of_windows = direct;
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
   std::vector<TwoSided> from_room = radiance;
   if (!room_.indirect_shadow) {
@@ -82,6 +84,10 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   shadow.set_direct(std::move(direct), surface, objects.senders.diffuse_reflectance);
   add_sunlit_correction(shadow, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
+  const bool mirrors = !objects.senders.mirrored_reflectance.empty();
+  shadow.mirrored().set_sides({});
+  if (mirrors)
+    shadow.mirrored().set_windows(windows);
   std::vector<std::array<Rgb, 2>> contact;
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
@@ -92,6 +98,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
     }
     std::vector<TwoSided> from_outside = from_room;
     add_feedback(shadow, objects, probes_->feedback, from_outside);
+    if (mirrors)
+      shadow.mirrored().set_sides(mirroring_sides(shadow, objects, light, probes_->windows, of_windows, from_outside));
     if (shadow.objects_see_each_other())
       add_exchange(shadow, objects, probes_->contact, contact, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);
@@ -143,7 +151,7 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
     std::vector<Sh9Rgb> light = light_of_room(sky, *objects);
     indirect.radiance =
         relight_vertices(light, objects->senders.transfer, objects->senders.surface.reflectance, &indirect.ringing);
-    indirect.sent = exchange_light(sky, *objects, indirect.radiance);
+    indirect.sent = exchange_light(sky, *objects, indirect.radiance, light);
     indirect.in_box = light_in_boxes(*objects, light, probes_->vertices, indirect.sent,
                                      room_.indirect_shadow ? &*room_.indirect_shadow : nullptr);
     if (needs_rays(*objects))

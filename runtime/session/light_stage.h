@@ -76,7 +76,7 @@ private:
   /// All that the vertices send; `radiance`, what they reflect of the room's light, becomes what they reflect of all
   /// that does not come straight from sky and sun.
   std::vector<TwoSided> exchange_light(const SkyStage& sky, const VirtualObjects& objects,
-                                       std::vector<TwoSided>& radiance) const;
+                                       std::vector<TwoSided>& radiance, std::span<const Sh9Rgb> light) const;
 
   LoadedRoom& room_;
   NearSunlight near_sun_;

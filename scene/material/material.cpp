@@ -85,10 +85,12 @@ Rgb mean_of_lobe(const LafortuneLobe& lobe, const Rgb& base, float mirrored) {
   return sum / (2.0f * kSteps);
 }
 
+/// After Schlick.
+Rgb mean_of_metal(const Rgb& base) { return (20.0f * base + 1.0f) / 21.0f; }
+
 } // namespace
 
-/// A metal after Schlick: (20 F0 + 1) / 21. A pane of two interfaces reflects 2 F / (1 + F), all inner reflections
-/// summed.
+/// A pane of two interfaces reflects 2 F / (1 + F), all inner reflections summed.
 Rgb mean_reflectance(const ObjectMaterial& m) {
   if (!m.is_glossy())
     return m.base_colour;
@@ -96,8 +98,15 @@ Rgb mean_reflectance(const ObjectMaterial& m) {
     return mean_of_lobe(*m.lobe, m.base_colour, 1.0f);
   const float f = mean_fresnel(m.ior), coat = m.clearcoat * mean_fresnel(1.5f);
   const Rgb inside = (1.0f - m.transmission) * m.base_colour + m.transmission * f / (1.0f + f);
-  const Rgb dielectric = f + (1.0f - f) * inside, metal = (20.0f * m.base_colour + 1.0f) / 21.0f;
-  return coat + (1.0f - coat) * glm::mix(dielectric, metal, m.metallic);
+  const Rgb dielectric = f + (1.0f - f) * inside;
+  return coat + (1.0f - coat) * glm::mix(dielectric, mean_of_metal(m.base_colour), m.metallic);
+}
+
+Rgb mean_mirrored_reflectance(const ObjectMaterial& m) {
+  if (m.lobe)
+    return Rgb(0.0f);
+  const float under_coat = 1.0f - m.clearcoat * mean_fresnel(1.5f), smooth = 1.0f - m.roughness * m.roughness;
+  return under_coat * smooth * m.metallic * mean_of_metal(m.base_colour);
 }
 
 Rgb mean_diffuse_reflectance(const ObjectMaterial& m) {

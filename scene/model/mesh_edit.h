@@ -24,6 +24,8 @@ void drop_unused_vertices(ObjectMesh& mesh);
 void set_reflectance(ObjectMesh& mesh);
 /// Of the vertices: the part of it that is diffuse. Meshes without materials are.
 std::vector<Rgb> diffuse_reflectance(const ObjectMesh& mesh);
+/// Of the vertices: mean_mirrored_reflectance() of the materials, which the mesh has.
+std::vector<Rgb> mirrored_reflectance(const ObjectMesh& mesh);
 
 /// Tangents of the vertices, where a material needs them and the mesh has none: the direction in which u of the normal
 /// map (or of the mesh) grows, mean of the triangles around (Lengyel 2001); without uv around the z axis.

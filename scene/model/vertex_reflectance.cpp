@@ -64,4 +64,6 @@ std::vector<Rgb> diffuse_reflectance(const ObjectMesh& mesh) {
   return mesh.materials.empty() ? mesh.reflectance : at_vertices(mesh, mean_diffuse_reflectance);
 }
 
+std::vector<Rgb> mirrored_reflectance(const ObjectMesh& mesh) { return at_vertices(mesh, mean_mirrored_reflectance); }
+
 } // namespace daylit
