@@ -47,7 +47,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
   Rgb diffuse{0.0f}, radiance{0.0f}; ///< an object that was drawn whole counts with a diffuse reflectance of 1
-  Rgb coat{0.0f}, glint{0.0f}, occluded{0.0f};
+  Rgb albedo{0.0f}, coat{0.0f}, glint{0.0f}, occluded{0.0f};
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
@@ -56,6 +56,7 @@ struct GlossyPixel {
   void average() {
     diffuse /= std::max(samples, 1.0f);
     radiance /= std::max(samples, 1.0f);
+    albedo /= std::max(samples, 1.0f);
     coat /= std::max(samples, 1.0f);
     glint /= std::max(samples, 1.0f);
     occluded /= std::max(samples, 1.0f);
@@ -214,6 +215,7 @@ private:
     for (std::size_t k = 0; k < n; ++k) {
       pixel[k]->diffuse += light[k].diffuse;
       pixel[k]->radiance += light[k].radiance;
+      pixel[k]->albedo += light[k].albedo;
       pixel[k]->coat += light[k].coat;
       pixel[k]->glint += light[k].glint;
       pixel[k]->occluded += light[k].occluded;
@@ -256,14 +258,18 @@ private:
           most = std::max(most, turn2(p, q));
     return most;
   }
-  /// A wide lobe is shared by the pixels around. A narrow one shows pictures, whose edges are smoothed.
+  /// A wide lobe is shared by the pixels around, per part of light that each sends on: textures stay sharp. A narrow
+  /// one shows pictures, whose edges are smoothed.
   Rgb smoothed(int x, int y, const GlossyPixel& p) const {
     if (p.alpha >= kWideAlpha) { // weight 1 - (angle of the normals / alpha)^2
       const float alpha2 = p.alpha * p.alpha, most2 = std::clamp(2.0f * turn2_to_next(x, y, p), alpha2, 16.0f * alpha2);
-      return mean_around(
-          x, y, kSharedTaps,
-          [&](const GlossyPixel& q) { return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f; },
-          [](const GlossyPixel& q) { return q.radiance; });
+      return p.albedo *
+             mean_around(
+                 x, y, kSharedTaps,
+                 [&](const GlossyPixel& q) {
+                   return q.part == p.part ? std::max(1.0f - turn2(p, q) / most2, 0.0f) : 0.0f;
+                 },
+                 [](const GlossyPixel& q) { return q.radiance / glm::max(q.albedo, Rgb(kLeastReflectance)); });
     }
     return with_smooth_edges(x, y, p, &GlossyPixel::radiance);
   }

@@ -333,8 +333,8 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
   for (std::size_t k = 0; k < points.size(); ++k) {
     const ObjectPoint& point = points[k].point;
     const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
-    lights[k] = {
-        s.bsdf.diffuse_albedo(s.out), s.material.emission, Rgb(0.0f), Rgb(0.0f), occluded(point, s), s.normal, 0.0f};
+    lights[k] = {s.bsdf.diffuse_albedo(s.out), Rgb(0.0f),          Rgb(1.0f), Rgb(0.0f),
+                 s.material.emission,          occluded(point, s), s.normal,  0.0f};
     const ObjectMaterial* m = material(point);
     if (m && m->normal_texture && lights[k].diffuse != Rgb(0.0f))
       shade_relief(point, s, lights[k]);
@@ -343,18 +343,20 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (const Surroundings* around = surroundings(point, s)) {
       const float turn_rad = turn_seen(point, points[k].width_m, s);
       lights[k].radiance += looked_up(*around, point, s);
-      lights[k].glint =
+      lights[k].glint +=
           glint(point, s, std::max(turn_rad, kSunRadius), points[k].lights / 16.0); // no ray meets the disc
       continue;
     }
     lights[k].alpha = s.alpha();
+    if (!s.is_sharp())
+      lights[k].albedo = s.bsdf.reflected_albedo(s.out) + s.bsdf.transmitted_albedo(s.out);
     if (shares_sky(s))
       lights[k].radiance += sky_highlight(point, s, static_cast<float>(points[k].places.size()),
                                           static_cast<std::size_t>(points[k].lights), kLightPatterns);
     float width_rad = 0.0f;
     if (room_.sun) {
       const float turn_rad = turn_seen(point, points[k].width_m, s);
-      lights[k].glint = glint(point, s, turn_rad, points[k].lights / 16.0);
+      lights[k].glint += glint(point, s, turn_rad, points[k].lights / 16.0);
       width_rad = s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad;
     }
     spread_from_camera(points[k], s, width_rad, lights[k], work);

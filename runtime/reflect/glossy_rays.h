@@ -39,9 +39,10 @@ struct CameraPoint {
 /// What a sample of a pixel shows of an object whose material is looked up.
 struct GlossyLight {
   Rgb diffuse{1.0f};  ///< reflectance of the diffuse part: times irradiance / pi is its radiance
-  Rgb radiance{0.0f}; ///< all else that is not diffuse: mirrored, refracted, sent by itself
+  Rgb radiance{0.0f}; ///< mirrored and refracted
+  Rgb albedo{1.0f};   ///< of a wide lobe, that part of light from everywhere
   Rgb coat{0.0f};     ///< mirrored by a narrow coat above a wide lobe
-  Rgb glint{0.0f};    ///< the sun's highlight, which no neighbour shares
+  Rgb glint{0.0f};    ///< the sun's highlight, and what the surface sends by itself: no neighbour shares them
   /// Of the diffuse part's radiance: indirect light that an occlusion texture takes away; below 0 where a normal map
   /// adds more of it than `diffuse` says.
   Rgb occluded{0.0f};

@@ -105,8 +105,9 @@ Rgb mean_reflectance(const ObjectMaterial& m) {
 Rgb mean_mirrored_reflectance(const ObjectMaterial& m) {
   if (m.lobe)
     return Rgb(0.0f);
-  const float under_coat = 1.0f - m.clearcoat * mean_fresnel(1.5f), smooth = 1.0f - m.roughness * m.roughness;
-  return under_coat * smooth * m.metallic * mean_of_metal(m.base_colour);
+  const float under_coat = 1.0f - m.clearcoat * mean_fresnel(1.5f);
+  const float slope = glm::mix(m.roughness * m.roughness, 1.0f, m.anisotropy * m.anisotropy);
+  return under_coat * (1.0f - slope) * m.metallic * mean_of_metal(m.base_colour);
 }
 
 Rgb mean_diffuse_reflectance(const ObjectMaterial& m) {

@@ -119,7 +119,7 @@ Rgb mean_reflectance(const ObjectMaterial& material);
 /// The part of it that is diffuse: what the base sends back of light that gets through the interfaces.
 Rgb mean_diffuse_reflectance(const ObjectMaterial& material);
 
-/// The part of it that a metal mirrors; of a rough one only 1 - alpha, the rest goes to all sides.
+/// The part of it that a metal mirrors: 1 - alpha, the larger of the slopes; the rest goes to all sides.
 Rgb mean_mirrored_reflectance(const ObjectMaterial& material);
 
 /// Slope of the smoothest surface that is told from a rougher one: below, a mirror is drawn with it.
