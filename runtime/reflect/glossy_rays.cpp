@@ -215,7 +215,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
-      sent += glint(point, s, turn_along(branch, point), work.trees[branch.tree].u.y);
+      sent += glint(point, s, even_spread(turn_along(branch, point)), work.trees[branch.tree].u.y);
     left.light_step = 0;
     const Work::Tree& tree = work.trees[branch.tree];
     if (finds_sky_behind(branch.inside, s))
@@ -323,11 +323,6 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
   }
 }
 
-/// A surface that is seen at an angle shows more of itself in a pixel.
-float GlossyRays::turn_seen(const ObjectPoint& point, double width_m, const Surface& s) const {
-  return turn_in(point, width_m) / std::sqrt(std::max(std::fabs(s.out.z), 0.05f));
-}
-
 std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<GlossyLight> lights) const {
   Work work;
   for (std::size_t k = 0; k < points.size(); ++k) {
@@ -341,10 +336,11 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (!m || !m->is_glossy())
       continue;
     if (const Surroundings* around = surroundings(point, s)) {
-      const float turn_rad = turn_seen(point, points[k].width_m, s);
+      NormalSpread spread = spread_seen(point, points[k].width_m, s);
+      if (meets_disc(largest_turn(spread))) // no ray does
+        spread = even_spread(kSunRadius);
       lights[k].radiance += looked_up(*around, point, s);
-      lights[k].glint +=
-          glint(point, s, std::max(turn_rad, kSunRadius), points[k].lights / 16.0); // no ray meets the disc
+      lights[k].glint += glint(point, s, spread, points[k].lights / 16.0);
       continue;
     }
     lights[k].alpha = s.alpha();
@@ -355,9 +351,9 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
                                           static_cast<std::size_t>(points[k].lights), kLightPatterns);
     float width_rad = 0.0f;
     if (room_.sun) {
-      const float turn_rad = turn_seen(point, points[k].width_m, s);
-      lights[k].glint += glint(point, s, turn_rad, points[k].lights / 16.0);
-      width_rad = s.is_sharp() && meets_disc(turn_rad) ? 0.0f : kNoDisc_rad;
+      const NormalSpread spread = spread_seen(point, points[k].width_m, s);
+      lights[k].glint += glint(point, s, spread, points[k].lights / 16.0);
+      width_rad = s.is_sharp() && meets_disc(largest_turn(spread)) ? 0.0f : kNoDisc_rad;
     }
     spread_from_camera(points[k], s, width_rad, lights[k], work);
   }

@@ -7,6 +7,8 @@
 #include <optional>
 #include <span>
 
+#include <glm/mat2x2.hpp>
+
 #include "runtime/object/object_rays.h"
 #include "runtime/object/relight.h"
 #include "runtime/reflect/room_seen.h"
@@ -83,10 +85,11 @@ private:
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   float turn_in(const ObjectPoint& point, double width_m) const;
-  float turn_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
+  glm::mat2 curvature(const ObjectPoint& point, const Surface& s) const;
+  glm::mat2 spread_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
   float turn_along(const Branch& branch, const ObjectPoint& point) const;
-  Rgb sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const;
-  Rgb glint(const ObjectPoint& point, const Surface& s, float turn_rad, double turn) const;
+  Rgb sharp_glint(const Surface& s, const glm::vec3& in, const glm::mat2& spread) const;
+  Rgb glint(const ObjectPoint& point, const Surface& s, const glm::mat2& spread, double turn) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;
   float light_density(const glm::vec3& direction, float width_rad, std::size_t step) const;

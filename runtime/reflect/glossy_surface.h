@@ -3,8 +3,10 @@
 // A point of a glossy object with its material, for the sources of GlossyRays.
 
 #include <algorithm>
+#include <cmath>
 
 #include <glm/geometric.hpp>
+#include <glm/mat2x2.hpp>
 
 #include "runtime/reflect/glossy_rays.h"
 #include "scene/sky/sun.h"
@@ -15,6 +17,15 @@ inline float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
 constexpr std::size_t kLightPatterns = 16; ///< of the frame's lights of the sky
 constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
+/// How normals are spread over a pixel: sum over its two sides of t t^T, t the turn along the side, radians along
+/// tangent and bitangent of a surface.
+using NormalSpread = glm::mat2;
+inline NormalSpread even_spread(float turn_rad) { return NormalSpread(turn_rad * turn_rad); }
+/// The furthest turn: the root of the larger eigenvalue.
+inline float largest_turn(const NormalSpread& m) {
+  const float mean = 0.5f * (m[0][0] + m[1][1]), apart = std::hypot(0.5f * (m[0][0] - m[1][1]), m[0][1]);
+  return std::sqrt(mean + apart);
+}
 /// The pixel, in which the normal turns so far, is narrower than the sun in the mirror.
 inline bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }
 

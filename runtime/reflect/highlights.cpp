@@ -6,6 +6,7 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include "runtime/reflect/glossy_surface.h"
 #include "scene/material/fresnel.h"
@@ -44,26 +45,60 @@ float GlossyRays::turn_in(const ObjectPoint& point, double width_m) const {
   return std::min(most * static_cast<float>(width_m / room_.objects.scale(point.part)), 0.5f);
 }
 
+/// Turn of the normal for a step on the surface, both along tangent and bitangent, per metre: with the edges E of the
+/// triangle and the differences N of the normals along them, N E^-1.
+glm::mat2 GlossyRays::curvature(const ObjectPoint& point, const Surface& s) const {
+  const ObjectMesh& mesh = room_.objects.objects().parts[point.part].mesh();
+  const glm::mat3 own_from_world = glm::transpose(room_.objects.rotation(point.part));
+  const glm::vec3 u = own_from_world * s.tangent, v = own_from_world * s.bitangent;
+  const auto& t = mesh.triangles[point.triangle];
+  glm::mat2 edges, turns;
+  for (int k = 0; k < 2; ++k) {
+    const glm::vec3 edge = mesh.positions[t[static_cast<std::size_t>(k) + 1]] - mesh.positions[t[0]],
+                    turn = mesh.normals[t[static_cast<std::size_t>(k) + 1]] - mesh.normals[t[0]];
+    edges[k] = glm::vec2(glm::dot(edge, u), glm::dot(edge, v));
+    turns[k] = glm::vec2(glm::dot(turn, u), glm::dot(turn, v));
+  }
+  if (std::fabs(glm::determinant(edges)) <= 1e-6f * glm::length(edges[0]) * glm::length(edges[1]))
+    return glm::mat2(0.0f);
+  return turns * glm::inverse(edges) / static_cast<float>(room_.objects.scale(point.part));
+}
+
+/// Of a square pixel: what is seen at an angle is longer by 1 / cos along the view.
+NormalSpread GlossyRays::spread_seen(const ObjectPoint& point, double width_m, const Surface& s) const {
+  constexpr float kMost_rad = 0.5f, kLeastCosine = 0.05f;
+  const glm::mat2 turn_per_pixel = static_cast<float>(width_m) * curvature(point, s);
+  const glm::vec2 view(s.out.x, s.out.y), along = glm::dot(view, view) > 0.0f ? glm::normalize(view) : glm::vec2(1, 0);
+  NormalSpread spread(0.0f);
+  for (const glm::vec2& side : {glm::vec2(-along.y, along.x), along / std::max(std::fabs(s.out.z), kLeastCosine)}) {
+    glm::vec2 turn = turn_per_pixel * side;
+    turn *= std::min(1.0f, kMost_rad / std::max(glm::length(turn), 1e-9f));
+    spread += glm::outerProduct(turn, turn);
+  }
+  return spread;
+}
+
 /// Of lobes narrower than a pixel: F P(h) / (4 out . h), with the normals of the pixel spread around its own by
-/// P = 3 / (pi r^2) (1 - (angle / r)^2)^2. r: their turn in the pixel, and half the sun's radius.
-Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_rad) const {
+/// P = 3 / (pi sqrt(det R)) (1 - h^T R^-1 h)^2. R: their spread in the pixel, and half the sun's radius, squared.
+Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, const NormalSpread& spread) const {
   const glm::vec3 h = glm::normalize(s.out + in);
-  const float radius2 = turn_rad * turn_rad + 0.25f * kSunRadius * kSunRadius,
-              inside = 1.0f - (h.x * h.x + h.y * h.y) / radius2;
+  const NormalSpread r = spread + even_spread(0.5f * kSunRadius);
+  const glm::vec2 xy(h.x, h.y);
+  const float inside = 1.0f - glm::dot(xy, glm::inverse(r) * xy);
   if (inside <= 0.0f)
     return Rgb(0.0f);
   const auto lobes = s.bsdf.sample_lobes(s.out, glm::vec2(0.5f));
   const Rgb coat = s.has_sharp_coat() && lobes[0] ? lobes[0]->weight : Rgb(0.0f),
             facets = s.is_sharp() && lobes[1] ? lobes[1]->weight : Rgb(0.0f);
-  return (coat + facets) *
-         (3.0f * std::numbers::inv_pi_v<float> / radius2 * inside * inside / (4.0f * glm::dot(s.out, h)));
+  return (coat + facets) * (3.0f * std::numbers::inv_pi_v<float> / std::sqrt(glm::determinant(r)) * inside * inside /
+                            (4.0f * glm::dot(s.out, h)));
 }
 
-/// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
+/// f(out, sun) cos E. Facets are spread by the turn of the normals in a pixel (alpha^2 = turn^2 / pi: in the middle as
 /// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
 /// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
-Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad, double turn) const {
-  if (!room_.sun || (s.is_sharp() && meets_disc(turn_rad)))
+Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSpread& spread, double turn) const {
+  if (!room_.sun || (s.is_sharp() && meets_disc(largest_turn(spread))))
     return Rgb(0.0f);
   const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
   const auto x = lit_from(point, s, to_sun);
@@ -71,14 +106,15 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad
     return Rgb(0.0f);
   Rgb f(0.0f);
   if (s.is_sharp() || s.has_sharp_coat())
-    f += sharp_glint(s, in, turn_rad);
+    f += sharp_glint(s, in, spread);
   if (!s.is_sharp()) {
-    const float spread2 = turn_rad * turn_rad * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f;
-    const auto spread = [&](float alpha) { return std::sqrt(alpha * alpha + spread2); };
+    const auto wider = [](float alpha, float turn2) {
+      return std::sqrt(alpha * alpha + turn2 * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f);
+    };
     SurfaceMaterial m = s.material;
-    m.alpha_u = spread(m.alpha_u);
-    m.alpha_v = spread(m.alpha_v);
-    m.clearcoat_alpha = spread(m.clearcoat_alpha);
+    m.alpha_u = wider(m.alpha_u, spread[0][0]);
+    m.alpha_v = wider(m.alpha_v, spread[1][1]);
+    m.clearcoat_alpha = wider(m.clearcoat_alpha, 0.5f * (spread[0][0] + spread[1][1]));
     const auto passes = [&](float cosine) { return 1.0f - m.clearcoat * fresnel_dielectric(cosine, Bsdf::kCoatIor); };
     const float under_coat = s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f;
     if (s.has_sharp_coat())
