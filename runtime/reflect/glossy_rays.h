@@ -89,6 +89,7 @@ private:
   glm::mat2 spread_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
   float turn_along(const Branch& branch, const ObjectPoint& point) const;
   Rgb sharp_glint(const Surface& s, const glm::vec3& in, const glm::mat2& spread) const;
+  static Rgb wide_glint(const Surface& s, const glm::vec3& in, const glm::mat2& spread);
   Rgb glint(const ObjectPoint& point, const Surface& s, const glm::mat2& spread, double turn) const;
   std::optional<glm::dvec3> lit_from(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   bool shares_sky(const Surface& s) const;

@@ -19,6 +19,33 @@ constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are w
 constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
 constexpr float kFaintest = 1e-4f;      // of a light's irradiance
 
+/// Of a symmetric matrix: roots of the eigenvalues, the larger first, and the direction that belongs to it.
+struct Axes {
+  glm::vec2 length{0.0f}, first{1.0f, 0.0f};
+
+  explicit Axes(const glm::mat2& m) {
+    const float mean = 0.5f * (m[0][0] + m[1][1]), half = 0.5f * (m[0][0] - m[1][1]), apart = std::hypot(half, m[0][1]),
+                angle = 0.5f * std::atan2(m[0][1], half);
+    length = glm::sqrt(glm::vec2(mean + apart, std::max(mean - apart, 0.0f)));
+    first = {std::cos(angle), std::sin(angle)};
+  }
+  glm::vec2 to_plane(const glm::vec2& p) const { return p.x * first + p.y * glm::vec2(-first.y, first.x); }
+  /// With other lengths.
+  glm::mat2 matrix(const glm::vec2& sides) const {
+    const glm::vec2 a = to_plane({sides.x, 0.0f}), b = to_plane({0.0f, sides.y});
+    return glm::outerProduct(a, a) + glm::outerProduct(b, b);
+  }
+  /// In the frame of these axes.
+  glm::vec3 turned(const glm::vec3& w) const {
+    return {first.x * w.x + first.y * w.y, first.x * w.y - first.y * w.x, w.z};
+  }
+};
+
+/// As seen from a normal that is turned by small angles.
+glm::vec3 tilted(const glm::vec3& w, const glm::vec2& turn) {
+  return glm::normalize(glm::vec3(w.x - turn.x * w.z, w.y - turn.y * w.z, w.z + turn.x * w.x + turn.y * w.y));
+}
+
 } // namespace
 
 /// Just above the surface, where light from that direction meets its outside.
@@ -94,9 +121,39 @@ Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, const NormalS
                             (4.0f * glm::dot(s.out, h)));
 }
 
-/// f(out, sun) cos E. Facets are spread by the turn of the normals in a pixel (alpha^2 = turn^2 / pi: in the middle as
-/// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
-/// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
+/// Mean of f cos over the normals of a pixel, at the middles of up to 6 x 6 parts of it along the axes of S: as fine as
+/// the lobe, as long as the sun is mirrored nearby. The facets of a part are spread by its turn (alpha^2 = turn^2 / pi:
+/// in the middle as bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of
+/// the variance of its radius, for half vectors): slopes diag(alpha_u^2, alpha_v^2) + S_part / pi + r^2 / 8.
+Rgb GlossyRays::wide_glint(const Surface& s, const glm::vec3& in, const NormalSpread& spread) {
+  const Axes pixel(spread);
+  const glm::vec3 h = glm::normalize(s.out + in);
+  SurfaceMaterial m = s.material;
+  const bool nearby = std::hypot(h.x, h.y) < pixel.length.x + 4.0f * std::max(m.alpha_u, m.alpha_v);
+  const glm::vec2 lobes = 2.0f * glm::vec2(s.alpha()),
+                  parts = nearby ? glm::clamp(glm::ceil(pixel.length / lobes), 1.0f, 6.0f) : glm::vec2(1.0f),
+                  side = nearby ? pixel.length / parts : glm::vec2(0.0f);
+  const Axes slopes(glm::mat2(m.alpha_u * m.alpha_u, 0.0f, 0.0f, m.alpha_v * m.alpha_v) +
+                    std::numbers::inv_pi_v<float> * pixel.matrix(side) + glm::mat2(kSunRadius * kSunRadius / 8.0f));
+  m.alpha_u = slopes.length.x;
+  m.alpha_v = slopes.length.y;
+  m.clearcoat_alpha = std::sqrt(m.clearcoat_alpha * m.clearcoat_alpha + kSunRadius * kSunRadius / 8.0f +
+                                0.5f * std::numbers::inv_pi_v<float> * glm::dot(side, side));
+  if (s.has_sharp_coat())
+    m.clearcoat = 0.0f;
+  const Bsdf bsdf(m);
+  Rgb sum(0.0f);
+  for (float j = 0.5f; j < parts.y; ++j)
+    for (float i = 0.5f; i < parts.x; ++i) {
+      const glm::vec2 turn = pixel.to_plane(side * (glm::vec2(i, j) - 0.5f * parts));
+      const glm::vec3 there = slopes.turned(tilted(s.out, turn)), light = slopes.turned(tilted(in, turn));
+      sum += std::max(light.z, 0.0f) * bsdf.glossy(there, light);
+    }
+  const auto passes = [&](float z) { return 1.0f - s.material.clearcoat * fresnel_dielectric(z, Bsdf::kCoatIor); };
+  return (s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f) / (parts.x * parts.y) * sum;
+}
+
+/// f(out, sun) cos E. A sharp lobe whose pixel is narrower than the disc meets it with its ray.
 Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSpread& spread, double turn) const {
   if (!room_.sun || (s.is_sharp() && meets_disc(largest_turn(spread))))
     return Rgb(0.0f);
@@ -107,20 +164,8 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSp
   Rgb f(0.0f);
   if (s.is_sharp() || s.has_sharp_coat())
     f += sharp_glint(s, in, spread);
-  if (!s.is_sharp()) {
-    const auto wider = [](float alpha, float turn2) {
-      return std::sqrt(alpha * alpha + turn2 * std::numbers::inv_pi_v<float> + kSunRadius * kSunRadius / 8.0f);
-    };
-    SurfaceMaterial m = s.material;
-    m.alpha_u = wider(m.alpha_u, spread[0][0]);
-    m.alpha_v = wider(m.alpha_v, spread[1][1]);
-    m.clearcoat_alpha = wider(m.clearcoat_alpha, 0.5f * (spread[0][0] + spread[1][1]));
-    const auto passes = [&](float cosine) { return 1.0f - m.clearcoat * fresnel_dielectric(cosine, Bsdf::kCoatIor); };
-    const float under_coat = s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f;
-    if (s.has_sharp_coat())
-      m.clearcoat = 0.0f;
-    f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
-  }
+  if (!s.is_sharp())
+    f += wide_glint(s, in, spread);
   return largest(f) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
 }
 
