@@ -337,7 +337,7 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
       continue;
     if (const Surroundings* around = surroundings(point, s)) {
       NormalSpread spread = spread_seen(point, points[k].width_m, s);
-      if (meets_disc(largest_turn(spread))) // no ray does
+      if (meets_disc(Axes(spread).length.x)) // no ray does
         spread = even_spread(kSunRadius);
       lights[k].radiance += looked_up(*around, point, s);
       lights[k].glint += glint(point, s, spread, points[k].lights / 16.0);
@@ -353,7 +353,7 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     if (room_.sun) {
       const NormalSpread spread = spread_seen(point, points[k].width_m, s);
       lights[k].glint += glint(point, s, spread, points[k].lights / 16.0);
-      width_rad = s.is_sharp() && meets_disc(largest_turn(spread)) ? 0.0f : kNoDisc_rad;
+      width_rad = s.is_sharp() && meets_disc(Axes(spread).length.x) ? 0.0f : kNoDisc_rad;
     }
     spread_from_camera(points[k], s, width_rad, lights[k], work);
   }

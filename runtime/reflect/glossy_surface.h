@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 #include <glm/mat2x2.hpp>
+#include <glm/matrix.hpp>
 
 #include "runtime/reflect/glossy_rays.h"
 #include "scene/sky/sun.h"
@@ -21,11 +22,28 @@ constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
 /// tangent and bitangent of a surface.
 using NormalSpread = glm::mat2;
 inline NormalSpread even_spread(float turn_rad) { return NormalSpread(turn_rad * turn_rad); }
-/// The furthest turn: the root of the larger eigenvalue.
-inline float largest_turn(const NormalSpread& m) {
-  const float mean = 0.5f * (m[0][0] + m[1][1]), apart = std::hypot(0.5f * (m[0][0] - m[1][1]), m[0][1]);
-  return std::sqrt(mean + apart);
-}
+/// Of a symmetric matrix: roots of the eigenvalues, the larger first, and the direction that belongs to it.
+struct Axes {
+  glm::vec2 length{0.0f}, first{1.0f, 0.0f};
+
+  explicit Axes(const glm::mat2& m) {
+    const float mean = 0.5f * (m[0][0] + m[1][1]), half = 0.5f * (m[0][0] - m[1][1]), apart = std::hypot(half, m[0][1]),
+                angle = 0.5f * std::atan2(m[0][1], half);
+    length = glm::sqrt(glm::vec2(mean + apart, std::max(mean - apart, 0.0f)));
+    first = {std::cos(angle), std::sin(angle)};
+  }
+  glm::vec2 to_plane(const glm::vec2& p) const { return p.x * first + p.y * glm::vec2(-first.y, first.x); }
+  /// With other lengths.
+  glm::mat2 matrix(const glm::vec2& sides) const {
+    const glm::vec2 a = to_plane({sides.x, 0.0f}), b = to_plane({0.0f, sides.y});
+    return glm::outerProduct(a, a) + glm::outerProduct(b, b);
+  }
+  /// In the frame of these axes.
+  glm::vec3 turned(const glm::vec3& w) const {
+    return {first.x * w.x + first.y * w.y, first.x * w.y - first.y * w.x, w.z};
+  }
+};
+
 /// The pixel, in which the normal turns so far, is narrower than the sun in the mirror.
 inline bool meets_disc(float turn_rad) { return turn_rad < kSunRadius; }
 

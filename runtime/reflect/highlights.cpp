@@ -19,28 +19,6 @@ constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are w
 constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
 constexpr float kFaintest = 1e-4f;      // of a light's irradiance
 
-/// Of a symmetric matrix: roots of the eigenvalues, the larger first, and the direction that belongs to it.
-struct Axes {
-  glm::vec2 length{0.0f}, first{1.0f, 0.0f};
-
-  explicit Axes(const glm::mat2& m) {
-    const float mean = 0.5f * (m[0][0] + m[1][1]), half = 0.5f * (m[0][0] - m[1][1]), apart = std::hypot(half, m[0][1]),
-                angle = 0.5f * std::atan2(m[0][1], half);
-    length = glm::sqrt(glm::vec2(mean + apart, std::max(mean - apart, 0.0f)));
-    first = {std::cos(angle), std::sin(angle)};
-  }
-  glm::vec2 to_plane(const glm::vec2& p) const { return p.x * first + p.y * glm::vec2(-first.y, first.x); }
-  /// With other lengths.
-  glm::mat2 matrix(const glm::vec2& sides) const {
-    const glm::vec2 a = to_plane({sides.x, 0.0f}), b = to_plane({0.0f, sides.y});
-    return glm::outerProduct(a, a) + glm::outerProduct(b, b);
-  }
-  /// In the frame of these axes.
-  glm::vec3 turned(const glm::vec3& w) const {
-    return {first.x * w.x + first.y * w.y, first.x * w.y - first.y * w.x, w.z};
-  }
-};
-
 /// As seen from a normal that is turned by small angles.
 glm::vec3 tilted(const glm::vec3& w, const glm::vec2& turn) {
   return glm::normalize(glm::vec3(w.x - turn.x * w.z, w.y - turn.y * w.z, w.z + turn.x * w.x + turn.y * w.y));
@@ -155,7 +133,7 @@ Rgb GlossyRays::wide_glint(const Surface& s, const glm::vec3& in, const NormalSp
 
 /// f(out, sun) cos E. A sharp lobe whose pixel is narrower than the disc meets it with its ray.
 Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSpread& spread, double turn) const {
-  if (!room_.sun || (s.is_sharp() && meets_disc(largest_turn(spread))))
+  if (!room_.sun || (s.is_sharp() && meets_disc(Axes(spread).length.x)))
     return Rgb(0.0f);
   const glm::vec3 to_sun(room_.sun->direction), in = s.to_local(to_sun);
   const auto x = lit_from(point, s, to_sun);

@@ -229,6 +229,51 @@ TEST(GlossyRays, the_suns_spot_on_a_mirror_sphere_has_the_light_that_it_should_h
     }
 }
 
+/// Stretched upwards: it bends six times less in one direction than in the other.
+void stretch(GlossyScene& scene) {
+  constexpr float kLonger = 6.0f;
+  ObjectMesh mesh = scene.room.mesh;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    mesh.positions[v].z *= kLonger;
+    mesh.normals[v] = glm::normalize(mesh.normals[v] * glm::vec3(1.0f, 1.0f, 1.0f / kLonger));
+  }
+  scene.objects.surface = test::place(mesh, scene.middle);
+  scene.objects.parts[0].model =
+      std::make_shared<const VirtualObjects::Model>(VirtualObjects::Model{mesh, {}, Surrounded::rays_of(mesh)});
+  scene.objects.find_bounds(0);
+  scene.renew();
+}
+
+TEST(GlossyRays, the_suns_highlight_in_a_wide_pixel_is_the_mean_of_those_of_narrow_pixels_in_it) {
+  constexpr int kNarrow = 16;
+  constexpr double kWide_m = 0.01;
+  GlossyScene scene(metal(0.12f), {}, test::box_window());
+  scene.sun = DetectedSun{.direction = glm::normalize(glm::dvec3(-0.5, 2.5, 0.3)), .normal_irradiance = Rgb(7.0f)};
+  stretch(scene);
+  const auto glint = [&](double y, double z, double width_m) {
+    const WorldRay ray{scene.middle + glm::dvec3(-1.0, y, z), glm::vec3(1.0f, 0.0f, 0.0f)};
+    const auto point = scene.rays->closest(ray, 10.0);
+    const glm::vec2 place(0.5f);
+    GlossyLight seen;
+    if (point)
+      scene.glossy->look(std::vector<CameraPoint>{{ray, *point, {&place, 1}, width_m}}, {&seen, 1});
+    return static_cast<double>(seen.glint.g);
+  };
+  double apart = 0.0, all = 0.0;
+  for (double y = -0.12; y < 0.12; y += kWide_m)
+    for (double z = -0.3; z < 0.3; z += 3.0 * kWide_m) {
+      double mean = 0.0;
+      for (int k = 0; k < kNarrow * kNarrow; ++k)
+        mean += glint(y + ((k % kNarrow + 0.5) / kNarrow - 0.5) * kWide_m,
+                      z + ((k / kNarrow + 0.5) / kNarrow - 0.5) * kWide_m, kWide_m / kNarrow) /
+                (kNarrow * kNarrow);
+      all += mean;
+      apart += std::fabs(glint(y, z, kWide_m) - mean);
+    }
+  EXPECT_GT(all, 1.0);
+  EXPECT_LT(apart, 0.15 * all);
+}
+
 TEST(GlossyRays, absorbing_glass_keeps_what_beers_law_says) {
   // Straight through the middle: T^2 exp(-a d) / (1 - (F exp(-a d))^2) of the room behind, and what is mirrored.
   ObjectMaterial green = glass();
