@@ -144,7 +144,9 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSp
     f += sharp_glint(s, in, spread);
   if (!s.is_sharp())
     f += wide_glint(s, in, spread);
-  return largest(f) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
+  // The base was drawn as if the sun's light came in as light from everywhere does.
+  f += in.z * (s.bsdf.diffuse(s.out, in) - std::numbers::inv_pi_v<float> * s.bsdf.diffuse_albedo(s.out));
+  return largest(glm::abs(f)) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
 }
 
 /// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what

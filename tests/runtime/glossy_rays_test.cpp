@@ -14,6 +14,7 @@
 #include "glossy_scene.h"
 #include "runtime/reflect/glossy_rays.h"
 #include "runtime/reflect/room_mirror.h"
+#include "scene/core/orthonormal.h"
 #include "scene/material/fresnel.h"
 
 namespace daylit {
@@ -227,6 +228,40 @@ TEST(GlossyRays, the_suns_spot_on_a_mirror_sphere_has_the_light_that_it_should_h
       const double r = static_cast<double>(GlossyScene::kRadius);
       EXPECT_NEAR(light / (7.0 * r * r / 4.0), 1.0, 0.1) << roughness << ", pixels of " << pixel_m << " m";
     }
+}
+
+TEST(GlossyRays, a_plastic_in_the_sun_is_as_bright_as_its_brdf_says) {
+  // Drawn with light from everywhere, the base counts E cos / pi of its reflectance; the rest is the highlight's.
+  ObjectMaterial plastic;
+  plastic.base_colour = Rgb(0.6f);
+  plastic.roughness = 0.5f;
+  GlossyScene scene(plastic, {}, test::box_window());
+  const glm::dvec3 to_sun = glm::normalize(glm::dvec3(-0.5, 2.5, 0.3));
+  scene.sun = DetectedSun{.direction = to_sun, .normal_irradiance = Rgb(7.0f)};
+  SurfaceMaterial m;
+  m.base_colour = Rgb(0.6f);
+  m.alpha_u = m.alpha_v = 0.25f;
+  int lit = 0;
+  for (const double aside : {-0.02, 0.0, 0.03, 0.06, 0.09, 0.12, 0.14}) {
+    const WorldRay ray{scene.middle + glm::dvec3(-1.0, aside, 0.0), glm::vec3(1.0f, 0.0f, 0.0f)};
+    const auto point = scene.rays->closest(ray, 10.0);
+    ASSERT_TRUE(point);
+    const glm::vec3 n = glm::normalize(glm::vec3(point->position - scene.middle));
+    const auto frame = OrthonormalBasis(glm::dvec3(n));
+    const auto local = [&](const glm::dvec3& w) {
+      return glm::vec3(glm::dvec3(glm::dot(w, frame.u), glm::dot(w, frame.v), glm::dot(w, glm::dvec3(n))));
+    };
+    const glm::vec3 out = local(-glm::dvec3(ray.direction)), in = local(to_sun);
+    const Rgb sun = in.z * scene.seen->sun_at(point->position + 1e-4 * glm::dvec3(n));
+    const glm::vec2 place(0.5f);
+    GlossyLight seen;
+    scene.glossy->look(std::vector<CameraPoint>{{ray, *point, {&place, 1}, 1e-5}}, {&seen, 1});
+    const float found = seen.diffuse.g * sun.g * std::numbers::inv_pi_v<float> + seen.glint.g;
+    const float expected = Bsdf(m).f(out, in).g * sun.g;
+    lit += expected > 0.1f;
+    EXPECT_NEAR(found, expected, 0.01f * expected) << aside;
+  }
+  EXPECT_GE(lit, 5);
 }
 
 /// Stretched upwards: it bends six times less in one direction than in the other.
