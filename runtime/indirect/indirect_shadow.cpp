@@ -119,6 +119,10 @@ Rgb IndirectShadow::exchanged(const ContactView& view) const {
   return state_->other_objects.change(view, state_->radiance);
 }
 const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
+WindowVisibility::SeenPoints IndirectShadow::not_hidden(std::size_t part, const glm::dvec3& x,
+                                                        const WindowVisibility::SeenPoints& past_room) const {
+  return state_->windows.not_hidden(x, past_room, state_->parts, part);
+}
 Rgb IndirectShadow::passed_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const {
   return state_->parts.passed(x, direction);
 }

@@ -79,6 +79,9 @@ public:
   ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
   Rgb exchanged(const ContactView& view) const;
   const WindowVisibility& windows() const;
+  /// What a point of a part sees of the windows past the room, without what other parts hide.
+  WindowVisibility::SeenPoints not_hidden(std::size_t part, const glm::dvec3& x,
+                                          const WindowVisibility::SeenPoints& past_room) const;
   /// What of light from a direction the objects let through to a world point (PlacedParts::passed()).
   Rgb passed_by_objects(const glm::dvec3& x, const glm::dvec3& direction) const;
   /// From a world point to the nearest surface of an object, or the limit.

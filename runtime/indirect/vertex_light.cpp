@@ -116,41 +116,63 @@ ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& ob
 
 namespace {
 
-/// What of the windows the senders see past the room: those in one cube from the first of them. What lies on a surface
-/// looks from above it.
-std::vector<std::uint32_t> window_cells(const IndirectShadow& field, const VirtualObjects& objects,
-                                        std::vector<WindowVisibility::SeenPoints>& seen) {
-  std::vector<std::uint32_t> cell(objects.senders.vertex.size());
+/// What of the windows is seen from cubes of space around the senders.
+struct WindowCells {
+  using SeenPoints = WindowVisibility::SeenPoints;
+  std::vector<std::uint32_t> of;               ///< per sender
+  std::vector<SeenPoints> past_room, past_all; ///< past_all: past other objects, too; empty where these are far away
+};
+
+/// Of those in one cube from the first of them. What lies on a surface looks from above it.
+WindowCells window_cells(const IndirectShadow& field, const VirtualObjects& objects) {
+  WindowCells cells;
+  cells.of.resize(objects.senders.vertex.size());
   std::vector<glm::dvec3> eye;
-  for (const VirtualObjects::Part& part : objects.parts) {
+  std::vector<std::size_t> part_of;
+  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
     std::map<CellKey, std::uint32_t> known;
-    const auto [first, last] = of_part(part, objects.senders.vertex);
-    const double side = std::max(kWindowCell * part.sphere.radius, 1e-6);
+    const auto [first, last] = of_part(objects.parts[k], objects.senders.vertex);
+    const double side = std::max(kWindowCell * objects.parts[k].sphere.radius, 1e-6);
     for (std::size_t i = first; i < last; ++i) {
       const glm::dvec3& x = objects.senders.surface.positions[i];
       const auto [found, made] = known.emplace(CellKey(x, side), static_cast<std::uint32_t>(eye.size()));
       if (made)
         eye.push_back(x + kAirGap_m * (glm::dvec3(objects.senders.surface.normals[i]) + glm::dvec3(0.0, 0.0, 2.0)));
-      cell[i] = found->second;
+      cells.of[i] = found->second;
     }
+    part_of.resize(eye.size(), k);
   }
-  seen.resize(eye.size());
-  parallel_for(std::size_t{0}, eye.size(), [&](std::size_t k) { seen[k] = field.windows().seen_points(eye[k]); });
-  return cell;
+  cells.past_room.resize(eye.size());
+  cells.past_all.resize(field.objects_see_each_other() ? eye.size() : 0);
+  parallel_for(std::size_t{0}, eye.size(), [&](std::size_t k) {
+    cells.past_room[k] = field.windows().seen_points(eye[k]);
+    if (!cells.past_all.empty())
+      cells.past_all[k] = field.not_hidden(part_of[k], eye[k], cells.past_room[k]);
+  });
+  return cells;
 }
 
 } // namespace
 
+/// Nearer to another object than its views tell, what this hides is wanted of each vertex.
 WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views) {
-  std::vector<WindowVisibility::SeenPoints> seen;
-  const std::vector<std::uint32_t> cell = window_cells(field, objects, seen);
-  WindowShares shares(cell.size());
+  const WindowCells cells = window_cells(field, objects);
+  WindowShares shares(cells.of.size());
   for_each_side(objects, [&](const LitSide& side) {
-    const glm::dvec3 n(objects.senders.surface.normals[side.number]);
-    float share = field.windows().visible_fraction(side.position(), side.back ? -n : n, seen[cell[side.number]]);
-    if (!views.empty())
-      share -= views[side.number][side.back].share * views[side.number][side.back].blocked;
-    shares[side.number][side.back] = std::max(share, 0.0f);
+    const glm::dvec3& x = side.position();
+    const glm::dvec3 n = (side.back ? -1.0 : 1.0) * glm::dvec3(objects.senders.surface.normals[side.number]);
+    const auto seen = [&](const std::vector<WindowVisibility::SeenPoints>& from) {
+      return field.windows().visible_fraction(x, n, from[cells.of[side.number]]);
+    };
+    float& share = shares[side.number][side.back];
+    if (views.empty()) {
+      share = seen(cells.past_room);
+      return;
+    }
+    const ContactView& view = views[side.number][side.back];
+    share = view.share < 1.0f ? (1.0f - view.share) * seen(cells.past_all) : 0.0f;
+    if (view.share > 0.0f)
+      share += view.share * std::max(seen(cells.past_room) - view.blocked, 0.0f);
   });
   return shares;
 }

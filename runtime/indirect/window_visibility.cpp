@@ -73,6 +73,17 @@ WindowVisibility::SeenPoints WindowVisibility::seen_points(const glm::dvec3& x) 
   return seen;
 }
 
+WindowVisibility::SeenPoints WindowVisibility::not_hidden(const glm::dvec3& x, SeenPoints seen,
+                                                          const PlacedParts& parts, std::size_t own) const {
+  for (std::size_t w = 0; w < apertures_.size(); ++w) {
+    std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
+    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
+      direction[static_cast<std::size_t>(k)] = glm::normalize(window_point(apertures_[w], k) - x);
+    seen[w] &= static_cast<std::uint16_t>(~parts.occluded(x, direction, own));
+  }
+  return seen;
+}
+
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const {
   if (std::ranges::all_of(seen, [](std::uint16_t points) { return points == 0xFFFFu; }))
     return 1.0f;

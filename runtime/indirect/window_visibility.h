@@ -32,6 +32,8 @@ public:
   /// Of each window the bits of its points that x sees past the room: for points nearby, whatever their normals.
   using SeenPoints = std::vector<std::uint16_t>;
   SeenPoints seen_points(const glm::dvec3& x) const;
+  /// Of these, the points that no part but `own` hides.
+  SeenPoints not_hidden(const glm::dvec3& x, SeenPoints seen, const PlacedParts& parts, std::size_t own) const;
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const;
   /// What `parts` take of that fraction, all but `ignored`.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
