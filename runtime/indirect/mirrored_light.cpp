@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "runtime/maps/octahedral.h"
+#include "runtime/base/octahedral.h"
 #include "sh/sh9.h"
 
 namespace daylit {

@@ -19,7 +19,7 @@ struct MirroringSide {
   Rgb as_diffuse{0.0f}; ///< radiance that stands for both on all sides; 0: nothing is mirrored
 };
 
-/// Light comes from directions of the octahedral square (maps/octahedral.h). Thread-safe but for the setters.
+/// Light comes from directions of the octahedral square (base/octahedral.h). Thread-safe but for the setters.
 class MirroredLight {
 public:
   using Direction = std::uint16_t;

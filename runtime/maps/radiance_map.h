@@ -1,13 +1,13 @@
 #pragma once
 
-// Radiance of the whole sphere, one value per direction, on the octahedral square (runtime/maps/octahedral.h).
+// Radiance of the whole sphere, one value per direction, on the octahedral square (runtime/base/octahedral.h).
 
 #include <cstddef>
 #include <functional>
 #include <numbers>
 #include <vector>
 
-#include "runtime/maps/octahedral.h"
+#include "runtime/base/octahedral.h"
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
 

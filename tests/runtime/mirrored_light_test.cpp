@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "runtime/maps/octahedral.h"
+#include "runtime/base/octahedral.h"
 #include "scene/material/material.h"
 #include "surrounded.h"
 
@@ -59,8 +59,9 @@ TEST(MirroredLight, a_window_is_mirrored_from_where_it_is_with_all_of_its_light)
 
 TEST(MirroredLight, a_small_mirroring_sphere_sends_to_all_sides_the_mean_of_what_arrives_from_all) {
   // Seen from far away the mirrored directions are spread evenly over the sphere of directions: it looks as bright as
-  // the mean of L(w) = a + a w.z, which is a; a diffuse one is dark from below. From h below: a ray t off the axis meets
-  // the sphere at the angle s to the normal, sin s = h / r sin t, and what it shows comes from t + pi - 2 s off the axis.
+  // the mean of L(w) = a + a w.z, which is a; a diffuse one is dark from below. From h below: a ray t off the axis
+  // meets the sphere at the angle s to the normal, sin s = h / r sin t, and what it shows comes from t + pi - 2 s off
+  // the axis.
   Surrounded s(0.1f);
   const glm::dvec3 at(2.0, 2.5, 1.2), below(2.0, 2.5, 0.0);
   glm::dmat4 world(1.0);

@@ -33,7 +33,7 @@ inline Vector quarter_turns(Vector t) {
   return hn::MulAdd(p, t, all(0.00000406758566f));
 }
 
-/// octahedral_point() (runtime/maps/octahedral.h) of unit directions, in [0, 1]^2.
+/// octahedral_point() (runtime/base/octahedral.h) of unit directions, in [0, 1]^2.
 inline void octahedral(Vector x, Vector y, Vector z, Vector& u, Vector& v) {
   const Vector ax = hn::Abs(x), ay = hn::Abs(y), one = all(1.0f);
   const Vector r = hn::Sqrt(hn::Max(hn::Zero(Floats()), hn::Sub(one, hn::Abs(z))));

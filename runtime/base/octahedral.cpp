@@ -1,4 +1,4 @@
-#include "runtime/maps/octahedral.h"
+#include "runtime/base/octahedral.h"
 
 #include <algorithm>
 #include <cmath>
