@@ -134,6 +134,8 @@ struct GlossyRays::Work {
     std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
     bool takes_lights = true;          ///< `u` is one of many
     int lights = 0;                    ///< as CameraPoint
+    /// Places in the lobe of the next surface: where the camera sees a picture, no neighbour shares what that shows.
+    std::span<const glm::vec2> next_places{};
   };
   static constexpr std::uint32_t kThisTree = ~0u;
   std::vector<Tree> trees;
@@ -154,11 +156,10 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
 }
 
 /// One ray for each lobe, the one that brings most first, as long as it brings enough; it stands for those left out.
-void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const {
+void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
+                        Work& work) const {
   Work::Tree& tree = work.trees[from.tree];
-  const glm::vec2 u = from.depth == 0
-                          ? tree.u
-                          : glm::fract(tree.u + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
+  const glm::vec2 u = glm::fract(place + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
   const auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
   std::array<std::size_t, 3> order{0, 1, 2};
@@ -206,6 +207,23 @@ Rgb GlossyRays::one_light(const ObjectPoint& point, const Surface& s, Branch& on
   return sky_highlight(point, s, 1.0f, std::min(light, sky_.size() - 1), sky_.size());
 }
 
+/// One ray for each place, and the sky by as many of the frame's lights as a pixel of a rough surface looks at; what
+/// these find of it is returned.
+Rgb GlossyRays::spread_several(const ObjectPoint& point, const Surface& s, Branch onward, Work& work) const {
+  const Work::Tree& tree = work.trees[onward.tree];
+  const auto count = static_cast<float>(tree.next_places.size());
+  Rgb found(0.0f);
+  if (shares_sky(s)) {
+    onward.lobe_density = count;
+    onward.light_step = kLightPatterns;
+    found = sky_highlight(point, s, count, static_cast<std::size_t>(tree.lights) % kLightPatterns, kLightPatterns);
+  }
+  onward.weight /= count;
+  for (const glm::vec2& place : tree.next_places)
+    spread(point, s, onward, place, work);
+  return found;
+}
+
 /// L(ray) = exp(-a d) L at its end, on an object.
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
@@ -218,11 +236,15 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
       sent += glint(point, s, even_spread(turn_along(branch, point)), work.trees[branch.tree].u.y);
     left.light_step = 0;
     const Work::Tree& tree = work.trees[branch.tree];
+    const bool several = branch.depth == 1 && !branch.inside && !s.is_sharp() && !tree.next_places.empty();
     if (finds_sky_behind(branch.inside, s))
       sent += sky_highlight(point, s, 0.0f, static_cast<std::size_t>(tree.lights) % kLightPatterns, kLightPatterns);
+    else if (several)
+      sent += spread_several(point, s, left, work);
     else if (!branch.inside && tree.takes_lights && shares_sky(s))
       sent += one_light(point, s, left, tree.u);
-    spread(point, s, left, work);
+    if (!several)
+      spread(point, s, left, tree.u, work);
   }
   work.add(branch.tree, left.weight * sent);
 }
@@ -302,6 +324,8 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
           {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
       const auto tree = static_cast<std::uint32_t>(work.trees.size() - 1);
       work.trees[tree].lights = at.lights + static_cast<int>(&u - at.places.data());
+      if (s.is_sharp())
+        work.trees[tree].next_places = at.places;
       if (s.has_sharp_coat() && !s.is_sharp()) {
         work.trees[tree].of_coat = tree + 1;
         work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});
@@ -311,7 +335,7 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
         camera.lobe_density = static_cast<float>(at.places.size());
         camera.light_step = kLightPatterns;
       }
-      spread(at.point, surface, camera, work);
+      spread(at.point, surface, camera, u, work);
     }
   };
   if (!s.material.disperses())

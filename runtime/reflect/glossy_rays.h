@@ -82,7 +82,8 @@ private:
   void step(std::span<const Branch> batch, Work& work) const;
   Rgb one_light(const ObjectPoint& point, const Surface& s, Branch& onward, const glm::vec2& u) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
-  void spread(const ObjectPoint& point, const Surface& s, const Branch& from, Work& work) const;
+  void spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place, Work& work) const;
+  Rgb spread_several(const ObjectPoint& point, const Surface& s, Branch onward, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
   float turn_in(const ObjectPoint& point, double width_m) const;
   glm::mat2 curvature(const ObjectPoint& point, const Surface& s) const;

@@ -272,6 +272,35 @@ TEST(IndirectShadow, objects_beside_each_other_exchange_light_by_their_form_fact
   EXPECT_FALSE(s.change.objects_see_each_other());
 }
 
+TEST(IndirectShadow, another_object_hides_the_points_of_windows_that_lie_behind_it) {
+  const std::vector<Aperture> panes = test::box_window();
+  Surrounded s(0.3f, panes, 1.0f);
+  const glm::dvec3 here(2.0, 1.5, 1.2), there(2.2, 2.6, 1.3), x = here + glm::dvec3(0.0, 0.301, 0.0);
+  std::vector<PlacedPart> parts;
+  for (const glm::dvec3& at : {here, there}) {
+    glm::dmat4 world(1.0);
+    world[3] = glm::dvec4(at, 1.0);
+    parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, s.mesh.positions.size() * parts.size(), world});
+  }
+  s.change.set_objects(parts);
+  const auto past_room = s.change.windows().seen_points(x), left = s.change.not_hidden(0, x, past_room);
+  ASSERT_EQ(past_room, WindowVisibility::SeenPoints(panes.size(), 0xFFFFu));
+  EXPECT_EQ(s.change.not_hidden(1, x, past_room), past_room) << "the first lies behind x, the second is its own";
+  int hidden = 0;
+  const std::vector<glm::dvec3>& c = panes[0].corners;
+  for (int k = 0; k < 16; ++k) {
+    const double u = (k / 4 + 0.5) / 4.0, v = (k % 4 + 0.5) / 4.0;
+    const glm::dvec3 w = glm::normalize(c[0] + u * (c[1] - c[0]) + v * (c[3] - c[0]) - x), to = there - x;
+    const double past = glm::length(to - glm::dot(to, w) * w);
+    hidden += past < 0.3;
+    if (std::fabs(past - 0.3) > 0.005) { // facets
+      EXPECT_EQ(left[0] >> k & 1, past < 0.3 ? 0 : 1) << k << ", " << past << " m from the middle";
+    }
+  }
+  EXPECT_GE(hidden, 2);
+  EXPECT_LE(hidden, 14);
+}
+
 TEST(IndirectShadow, a_vertex_at_another_object_loses_what_this_hides_by_its_form_factor) {
   // 2 cm before a black sphere of radius r, facing its middle: F = (r / d)^2 of the light of white walls, pi L.
   Surrounded s(0.15f, test::box_window(), 1.0f);
