@@ -65,6 +65,25 @@ struct GlossyScene {
     indirect.assign(room.mesh.positions.size(), {Rgb(kIndirect), Rgb(kIndirect)});
     renew(settings);
   }
+  /// A sphere more, of that radius.
+  void add(const ObjectMaterial& material, const glm::dvec3& at) {
+    ObjectMesh mesh = room.mesh;
+    mesh.materials = {material};
+    const ObjectSurface surface = test::place(mesh, at);
+    VirtualObjects::Part part = objects.parts[0];
+    part.first_vertex = objects.surface.positions.size();
+    part.world_from_object[3] = glm::dvec4(at, 1.0);
+    part.model =
+        std::make_shared<const VirtualObjects::Model>(VirtualObjects::Model{mesh, {}, Surrounded::rays_of(mesh)});
+    objects.surface.positions.insert(objects.surface.positions.end(), surface.positions.begin(),
+                                     surface.positions.end());
+    objects.surface.reflectance.resize(objects.surface.positions.size(), Rgb(1.0f));
+    objects.parts.push_back(std::move(part));
+    objects.find_bounds(1);
+    sent.resize(objects.surface.positions.size(), sent[0]);
+    indirect.resize(objects.surface.positions.size(), indirect[0]);
+    renew();
+  }
   /// After the objects changed.
   void renew(const GlossySettings& settings = {}) {
     rays.emplace(objects);
