@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
-constexpr float kMostChange = 0.25f; ///< of the light at a point, by its fit
+constexpr double kOffSurfaces = 0.5; ///< of the longest step of a fit: nearer to a surface light is no parabola
 
 /// Disjoint sets, each named by its smallest member.
 class Parts {
@@ -143,7 +143,8 @@ std::array<float, 2> step_fractions(std::span<const double, 3> plane, int own) {
 } // namespace
 
 ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
-                        const std::function<bool(std::size_t, std::size_t)>& sees) {
+                        const std::function<bool(std::size_t, std::size_t)>& sees,
+                        const std::function<double(std::size_t)>& off_surfaces_m) {
   ProbeFit fit;
   fit.points_ = probe_of_point.size();
   fit.part_.assign(fit.points_, 0);
@@ -152,7 +153,8 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   const ProbePlanes planes(grid);
   const ProbeLinks links(grid, probe_of_point, sees);
   fit.part_ = connected_parts(grid, probe_of_point, sees);
-  for (std::uint32_t p = 0; p < fit.points_; ++p)
+  for (std::uint32_t p = 0; p < fit.points_; ++p) {
+    const double off_m = off_surfaces_m(probe_of_point[p]);
     for (std::size_t axis = 0; axis < 3; ++axis)
       for (const int middle : {0, 1, -1})
         if (const auto row = links.row(probe_of_point[p], axis, middle)) {
@@ -160,18 +162,13 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
           for (std::size_t k = 0; k < 3; ++k)
             plane[k] = planes.along(static_cast<int>(axis))[static_cast<std::size_t>(links.index((*row)[k], axis))];
           const auto [to_a, to_b] = step_fractions(plane, 1 - middle);
-          fit.rows_.push_back({p, links.point((*row)[0]), links.point((*row)[1]), links.point((*row)[2]), to_a, to_b});
+          if (off_m >= kOffSurfaces * std::max(plane[1] - plane[0], plane[2] - plane[1]))
+            fit.rows_.push_back(
+                {p, links.point((*row)[0]), links.point((*row)[1]), links.point((*row)[2]), to_a, to_b});
           break;
         }
+  }
   return fit;
-}
-
-void ProbeFit::leave_out_unresolved(std::span<const float> light) {
-  std::vector<float> fitted(light.begin(), light.end());
-  apply(fitted, 1);
-  std::erase_if(rows_, [&](const Row& row) {
-    return std::abs(fitted[row.point] - light[row.point]) > kMostChange * light[row.point];
-  });
 }
 
 /// f_p -= to_a (f_a - f_m) + to_b (f_b - f_m) for each axis, with the values before the fit.

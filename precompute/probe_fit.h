@@ -15,16 +15,15 @@ namespace daylit::precompute {
 /// of 0.091 h^2 f'' rms. Values lowered by h^2 f'' / 12 leave 0.037 h^2 f'' rms: the least-squares spline to second
 /// order. Between unequal distances a and b it is (a^2 - a b + b^2) f'' / 12, the mass matrix's answer for a parabola.
 /// The second differences are those of the grid itself, along each axis where two further probes are in the air and in
-/// sight of each other (the nearest such row of three beside a wall).
+/// sight of each other (the nearest such row of three beside a wall). What a surface at a distance d sends changes
+/// within d, and is no parabola between probes more than 2 d apart: no fit there.
 class ProbeFit {
 public:
-  /// `sees(a, b)`: nothing stands between the neighbouring probes a and b. Probes in `probe_of_point` are the valid
-  /// ones.
+  /// `sees(a, b)`: nothing stands between the neighbouring probes a and b. `off_surfaces_m(probe)`: the distance of the
+  /// nearest surface. Probes in `probe_of_point` are the valid ones.
   static ProbeFit make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
-                       const std::function<bool(std::size_t, std::size_t)>& sees);
-  /// No fit of points whose light under a sky, one number each, it would change by more than a quarter: there the light
-  /// is no parabola between the probes.
-  void leave_out_unresolved(std::span<const float> light);
+                       const std::function<bool(std::size_t, std::size_t)>& sees,
+                       const std::function<double(std::size_t)>& off_surfaces_m);
   /// Which of the air's parts each point is in: steps between neighbouring probes that see each other connect them. One
   /// part without a grid.
   const std::vector<std::uint32_t>& part() const { return part_; }
