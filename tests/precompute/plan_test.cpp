@@ -243,7 +243,7 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
       grid, all, [](std::size_t, std::size_t) { return true; }, in_mid_air)
       .apply(values, 1);
   double fitted = 0, sampled = 0;
-  for (double x = 0.005; x < 8; x += 0.01) {
+  for (double x = 1.005; x < 7; x += 0.01) { // the outermost two are not between others
     const int i = static_cast<int>(x);
     const double t = x - i;
     const auto error = [&](double a, double b) { return (1 - t) * a + t * b - x * x; };
@@ -253,6 +253,15 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
     sampled += std::pow(error(i * i, (i + 1) * (i + 1)), 2);
   }
   EXPECT_NEAR(std::sqrt(fitted / sampled), std::sqrt(1.0 / 6), 0.01);
+}
+
+TEST(ProbeFit, leaves_alone_what_is_not_between_two_others) {
+  auto [grid, all, values] = row_of_nine([](int i) { return static_cast<float>(i * i); });
+  ProbeFit::make(
+      grid, all, [](std::size_t, std::size_t) { return true; }, in_mid_air)
+      .apply(values, 1);
+  EXPECT_EQ(values[0], 0.0f);
+  EXPECT_EQ(values[8], 64.0f);
 }
 
 TEST(ProbeFit, nothing_passes_between_probes_that_do_not_see_each_other) {

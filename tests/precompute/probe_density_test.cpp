@@ -149,7 +149,7 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_better_on_an_uneven_grid_
   EXPECT_NEAR(some[2], fitted[11], 1e-5f);
   double with = 0, without = 0;
   const ProbePlanes planes(grid);
-  for (double x = 0.005; x < 9; x += 0.01) {
+  for (double x = grid.planes[0][1] + 0.005; x < grid.planes[0][10]; x += 0.01) {
     const GridPosition at = planes.locate({x, 0, 0});
     const auto i = static_cast<std::size_t>(at.cell.x);
     const auto error = [&](const std::vector<float>& v) {
