@@ -1,6 +1,7 @@
 #include "precompute/bake.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "precompute/detail/bake_stage.h"
 #include "precompute/detail/more_rays.h"
@@ -18,11 +19,14 @@ using detail::Problem;
 
 /// Nothing stands between neighbouring probes whose values are fitted together.
 ProbeFit fit_of(const Problem& problem, const ProbePoints& points) {
-  const ProbeSet& probes = problem.probes;
-  return ProbeFit::make(probes, points.probe, [&](std::size_t a, std::size_t b) {
-    const auto at = [&](std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); };
-    return open_between(at(a), at(b), problem.room_scene, problem.apertures.list);
-  });
+  const RayScene& scene = problem.room_scene;
+  const auto at = [&](std::size_t i) { return problem.probes.origin + glm::dvec3(problem.probes.positions[i]); };
+  return ProbeFit::make(
+      problem.probes, points.probe,
+      [&](std::size_t a, std::size_t b) { return open_between(at(a), at(b), scene, problem.apertures.list); },
+      [&](std::size_t i) {
+        return static_cast<double>(scene.distance(scene.to_local(at(i)), std::numeric_limits<float>::infinity()));
+      });
 }
 
 /// Direct light of all regions: rows per element of a fine sky, of whose thousands of nodes each sees some, or a table
@@ -123,16 +127,6 @@ Result<radiosity::GatherHits> seen_from(std::span<const glm::dvec3> points, cons
   return hits;
 }
 
-/// Mean radiance at each point, times pi.
-std::vector<float> light_at(const ProbePoints& points, const radiosity::GatherHits& hits,
-                            std::span<const float> radiosity) {
-  std::vector<float> of_points(points.position.size());
-  parallel_for(std::size_t{0}, of_points.size(), [&](std::size_t p) {
-    of_points[p] = static_cast<float>(hits.moments(points.position[p], radiosity)[0]);
-  });
-  return of_points;
-}
-
 } // namespace
 
 /// Settings without a plan, coarse to fine; given points have no neighbours on a grid that average their noise.
@@ -229,7 +223,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return exchange.error();
   clock.finish("form factors");
   const ProbePoints points(problem->probes, problem->mesh.origin);
-  ProbeFit fit = fit_of(*problem, points);
+  const ProbeFit fit = fit_of(*problem, points);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
   const auto white = detail::grey_radiosity(problem->patches, *elements, *exchange,
                                             white_light(*light, elements->patches.patches.size()),
@@ -239,7 +233,6 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   const auto hits = seen_from(points.at, *elements, faces, *white, options, report.memory_bytes, progress);
   if (!hits)
     return hits.error();
-  fit.leave_out_unresolved(light_at(points, *hits, *white));
   clock.finish("rays");
   BasisVolume volume{.partition = partition,
                      .probes = std::move(problem->probes),

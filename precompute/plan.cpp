@@ -17,7 +17,6 @@ namespace {
 
 // Parts of the target. Together 0.67 of it; a bake that misses is repeated with better knowledge.
 constexpr double kMeshPart = 0.45, kGridPart = 0.38;
-constexpr double kPointsPart = 0.30; ///< of the mesh at given points, where no grid adds to it
 constexpr double kSunPart = 2.0;
 constexpr double kOrderPart = 0.25; ///< of the target: what nine coefficients may leave of irradiance
 constexpr int kFewestFacets = 200, kMostFacets = 60000;
@@ -102,8 +101,7 @@ private:
   int choose_facets(double target) const {
     if (request_.facets > 0)
       return request_.facets;
-    const double allowed = target * (request_.points.empty() ? kMeshPart : kPointsPart);
-    const double more = std::pow(calibration_.mesh_error / allowed, 1.0 / kCostModel.mesh_exponent);
+    const double more = std::pow(calibration_.mesh_error / (kMeshPart * target), 1.0 / kCostModel.mesh_exponent);
     return static_cast<int>(std::clamp(more * calibration_.free_facets(), double(kFewestFacets), double(kMostFacets)));
   }
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
-constexpr float kMostChange = 0.25f; ///< of the light at a point, by its fit
+constexpr double kOffSurfaces = 0.5; ///< of the longest step of a fit: nearer to a surface light is no parabola
 
 /// Disjoint sets, each named by its smallest member.
 class Parts {
@@ -70,17 +70,12 @@ public:
   int index(std::size_t probe, std::size_t axis) const {
     return static_cast<int>(static_cast<std::int64_t>(probe) / stride_[axis] % count_[axis]);
   }
-  /// Three probes in a row along the axis, each in sight of the next: the middle one is the probe itself, its next or
-  /// its previous one (0, 1, -1).
-  std::optional<std::array<std::size_t, 3>> row(std::size_t probe, std::size_t axis, int middle) const {
-    const std::int64_t at =
-        middle == 0 ? static_cast<std::int64_t>(probe) : (middle > 0 ? next_ : previous_)[axis][probe];
-    if (at == kNone)
+  /// Three probes in a row along the axis, each in sight of the next, the probe itself in the middle.
+  std::optional<std::array<std::size_t, 3>> row(std::size_t probe, std::size_t axis) const {
+    const std::int64_t previous = previous_[axis][probe], next = next_[axis][probe];
+    if (previous == kNone || next == kNone)
       return {};
-    const auto m = static_cast<std::size_t>(at);
-    if (previous_[axis][m] == kNone || next_[axis][m] == kNone)
-      return {};
-    return std::array{static_cast<std::size_t>(previous_[axis][m]), m, static_cast<std::size_t>(next_[axis][m])};
+    return std::array{static_cast<std::size_t>(previous), probe, static_cast<std::size_t>(next)};
   }
   std::uint32_t point(std::size_t probe) const { return static_cast<std::uint32_t>(point_of_[probe]); }
 
@@ -131,19 +126,18 @@ std::vector<std::uint32_t> connected_parts(const ProbeSet& grid, std::span<const
   return part;
 }
 
-/// The correction of a point, (a^2 - a b + b^2) f'' / 12 between planes at distances a and b and h^2 f'' / 12 beside a
-/// wall, with f'' = 2 (f_a / a + f_b / b) / (a + b): as fractions of the steps f_a and f_b from the middle one of three
-/// planes to the two others. `own`: which of the planes is the point's.
-std::array<float, 2> step_fractions(std::span<const double, 3> plane, int own) {
-  const double a = plane[1] - plane[0], b = plane[2] - plane[1];
-  const double length2 = own == 0 ? a * a : own == 2 ? b * b : a * a - a * b + b * b;
+/// The correction of a point between planes at distances a and b, (a^2 - a b + b^2) f'' / 12 with f'' = 2 (f_a / a +
+/// f_b / b) / (a + b): as fractions of the steps f_a and f_b from it to those on the planes.
+std::array<float, 2> step_fractions(double a, double b) {
+  const double length2 = a * a - a * b + b * b;
   return {static_cast<float>(length2 / (6.0 * a * (a + b))), static_cast<float>(length2 / (6.0 * b * (a + b)))};
 }
 
 } // namespace
 
 ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe_of_point,
-                        const std::function<bool(std::size_t, std::size_t)>& sees) {
+                        const std::function<bool(std::size_t, std::size_t)>& sees,
+                        const std::function<double(std::size_t)>& off_surfaces_m) {
   ProbeFit fit;
   fit.points_ = probe_of_point.size();
   fit.part_.assign(fit.points_, 0);
@@ -152,29 +146,25 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   const ProbePlanes planes(grid);
   const ProbeLinks links(grid, probe_of_point, sees);
   fit.part_ = connected_parts(grid, probe_of_point, sees);
-  for (std::uint32_t p = 0; p < fit.points_; ++p)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      for (const int middle : {0, 1, -1})
-        if (const auto row = links.row(probe_of_point[p], axis, middle)) {
-          std::array<double, 3> plane;
-          for (std::size_t k = 0; k < 3; ++k)
-            plane[k] = planes.along(static_cast<int>(axis))[static_cast<std::size_t>(links.index((*row)[k], axis))];
-          const auto [to_a, to_b] = step_fractions(plane, 1 - middle);
-          fit.rows_.push_back({p, links.point((*row)[0]), links.point((*row)[1]), links.point((*row)[2]), to_a, to_b});
-          break;
-        }
+  for (std::uint32_t p = 0; p < fit.points_; ++p) {
+    const double off_m = off_surfaces_m(probe_of_point[p]);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row = links.row(probe_of_point[p], axis);
+      if (!row)
+        continue;
+      const auto place = [&](std::size_t k) {
+        return planes.along(static_cast<int>(axis))[static_cast<std::size_t>(links.index((*row)[k], axis))];
+      };
+      const double a = place(1) - place(0), b = place(2) - place(1);
+      const auto [to_a, to_b] = step_fractions(a, b);
+      if (off_m >= kOffSurfaces * std::max(a, b))
+        fit.rows_.push_back({p, links.point((*row)[0]), links.point((*row)[2]), to_a, to_b});
+    }
+  }
   return fit;
 }
 
-void ProbeFit::leave_out_unresolved(std::span<const float> light) {
-  std::vector<float> fitted(light.begin(), light.end());
-  apply(fitted, 1);
-  std::erase_if(rows_, [&](const Row& row) {
-    return std::abs(fitted[row.point] - light[row.point]) > kMostChange * light[row.point];
-  });
-}
-
-/// f_p -= to_a (f_a - f_m) + to_b (f_b - f_m) for each axis, with the values before the fit.
+/// f_p -= to_a (f_a - f_p) + to_b (f_b - f_p) for each axis, with the values before the fit.
 void ProbeFit::apply(std::span<float> values, std::size_t values_per_point) const {
   const std::size_t chunks = (values_per_point + kChunk - 1) / kChunk;
   parallel_for(std::size_t{0}, rows_.empty() ? 0 : chunks, [&](std::size_t c) {
@@ -184,7 +174,7 @@ void ProbeFit::apply(std::span<float> values, std::size_t values_per_point) cons
       std::copy_n(values.data() + p * values_per_point + first, count, before.data() + p * count);
     for (const Row& row : rows_) {
       float* out = values.data() + row.point * values_per_point + first;
-      const float *a = before.data() + row.a * count, *m = before.data() + row.middle * count,
+      const float *a = before.data() + row.a * count, *m = before.data() + row.point * count,
                   *b = before.data() + row.b * count;
       for (std::size_t k = 0; k < count; ++k)
         out[k] -= row.to_a * (a[k] - m[k]) + row.to_b * (b[k] - m[k]);
@@ -196,7 +186,7 @@ std::vector<std::uint32_t> ProbeFit::needed(std::span<const std::uint32_t> point
   std::vector<std::uint32_t> needed(points.begin(), points.end());
   for (const std::uint32_t p : points)
     for (const Row& row : std::ranges::equal_range(rows_, p, {}, &Row::point))
-      needed.insert(needed.end(), {row.a, row.middle, row.b});
+      needed.insert(needed.end(), {row.a, row.b});
   std::ranges::sort(needed);
   const auto repeated = std::ranges::unique(needed);
   needed.erase(repeated.begin(), repeated.end());
@@ -225,7 +215,7 @@ void ProbeFit::apply(std::span<const std::uint32_t> points, std::size_t values_p
     add(points[i], 1.0f);
     for (const Row& row : std::ranges::equal_range(rows_, points[i], {}, &Row::point)) {
       add(row.a, -row.to_a);
-      add(row.middle, row.to_a + row.to_b);
+      add(points[i], row.to_a + row.to_b);
       add(row.b, -row.to_b);
     }
     daylit::detail::add_rows(terms, values_per_point, result + i * values_per_point);

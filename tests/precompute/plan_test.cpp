@@ -233,13 +233,17 @@ Row row_of_nine(float (*value)(int x)) {
   return row;
 }
 
+double in_mid_air(std::size_t) { return 100.0; }
+
 TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
   // f = x^2 at spacing h: samples err by h^2 t (1 - t), rms h^2 sqrt(1/30); lowered by h^2/6 they err by
   // h^2 (t (1 - t) - 1/6), rms h^2 sqrt(1/30 - 1/36). The ratio is sqrt(1/6) = 0.408.
   auto [grid, all, values] = row_of_nine([](int i) { return static_cast<float>(i * i); });
-  ProbeFit::make(grid, all, [](std::size_t, std::size_t) { return true; }).apply(values, 1);
+  ProbeFit::make(
+      grid, all, [](std::size_t, std::size_t) { return true; }, in_mid_air)
+      .apply(values, 1);
   double fitted = 0, sampled = 0;
-  for (double x = 0.005; x < 8; x += 0.01) {
+  for (double x = 1.005; x < 7; x += 0.01) { // the outermost two are not between others
     const int i = static_cast<int>(x);
     const double t = x - i;
     const auto error = [&](double a, double b) { return (1 - t) * a + t * b - x * x; };
@@ -251,12 +255,34 @@ TEST(ProbeFit, fitted_values_of_a_parabola_interpolate_with_0_41_of_the_error) {
   EXPECT_NEAR(std::sqrt(fitted / sampled), std::sqrt(1.0 / 6), 0.01);
 }
 
+TEST(ProbeFit, leaves_alone_what_is_not_between_two_others) {
+  auto [grid, all, values] = row_of_nine([](int i) { return static_cast<float>(i * i); });
+  ProbeFit::make(
+      grid, all, [](std::size_t, std::size_t) { return true; }, in_mid_air)
+      .apply(values, 1);
+  EXPECT_EQ(values[0], 0.0f);
+  EXPECT_EQ(values[8], 64.0f);
+}
+
 TEST(ProbeFit, nothing_passes_between_probes_that_do_not_see_each_other) {
   // A wall between the probes 4 and 5: each side keeps its own values.
   auto [grid, all, values] = row_of_nine([](int i) { return i < 5 ? 0.0f : 100.0f; });
   const std::vector<float> before = values;
-  ProbeFit::make(grid, all, [](std::size_t a, std::size_t b) { return (a % 9 < 5) == (b % 9 < 5); }).apply(values, 1);
+  const auto sees = [](std::size_t a, std::size_t b) { return (a % 9 < 5) == (b % 9 < 5); };
+  ProbeFit::make(grid, all, sees, in_mid_air).apply(values, 1);
   EXPECT_EQ(values, before);
+}
+
+TEST(ProbeFit, leaves_alone_what_is_nearer_to_a_surface_than_half_a_step) {
+  const auto [grid, all, before] = row_of_nine([](int i) { return static_cast<float>(i * i); });
+  std::vector<float> after = before;
+  const auto off_m = [](std::size_t i) { return i % 9 == 4 ? 0.49 : 0.51; };
+  ProbeFit::make(
+      grid, all, [](std::size_t, std::size_t) { return true; }, off_m)
+      .apply(after, 1);
+  EXPECT_EQ(after[4], before[4]);
+  for (const std::size_t i : {3u, 5u})
+    EXPECT_NEAR(after[i], before[i] - 1.0f / 6, 1e-5f) << i; // h^2 f'' / 12
 }
 
 } // namespace
