@@ -13,6 +13,7 @@ namespace daylit {
 
 inline float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
+constexpr int kAllColours = -1;            ///< of a ray; else the number of the only one
 constexpr std::size_t kLightPatterns = 16; ///< of the frame's lights of the sky
 constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
 /// The pixel, in which the normal turns so far, is narrower than the sun in the mirror.

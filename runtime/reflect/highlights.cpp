@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <glm/common.hpp>
@@ -59,6 +60,16 @@ Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, float turn_ra
          (3.0f * std::numbers::inv_pi_v<float> / radius2 * inside * inside / (4.0f * glm::dot(s.out, h)));
 }
 
+/// Where rays that go through it find its own highlight, which has all of the sun.
+bool GlossyRays::is_behind_rough_glass(const glm::dvec3& x, const glm::vec3& direction) const {
+  const WorldRay ray{x, direction};
+  const auto point = room_.objects.closest(ray, std::numeric_limits<double>::infinity());
+  if (!point)
+    return false;
+  const Surface s = surface(ray, *point, 0.0, kAllColours);
+  return s.material.transmission > 0.0f && !s.is_sharp();
+}
+
 /// f(out, sun) cos E. Facets are spread by the turn of the normal in a pixel (alpha^2 = turn^2 / pi: in the middle as
 /// bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of
 /// its radius, for half vectors). A sharp lobe whose pixel is narrower than the disc meets it with its ray.
@@ -85,7 +96,9 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, float turn_rad
       m.clearcoat = 0.0f;
     f += under_coat * in.z * Bsdf(m).glossy(s.out, in);
   }
-  return largest(f) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
+  if (largest(f) <= kFaintest || is_behind_rough_glass(*x, to_sun))
+    return Rgb(0.0f);
+  return f * room_.disc_at(*x, turn);
 }
 
 /// The tails of a lobe are wide and seldom sampled: there a window is found by chance, and is much brighter than what
@@ -105,7 +118,8 @@ float GlossyRays::lobe_part(float lobe_density, float light_density) {
 }
 
 /// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. Samples
-/// without a density, of light that facets reflect more than once, find none.
+/// without a density, of light that facets reflect more than once, find none. V is 0 behind any object: rays that go
+/// on through glass find the sky there.
 Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                               std::size_t step) const {
   const auto times = static_cast<float>(step);
@@ -121,7 +135,8 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
       if (lobe)
         weight -= lobe_part(samples * lobe->density, lights) * lobe->density * lobe->weight;
     if (largest(weight) * times > kFaintest)
-      sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+      sum +=
+          times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_freely_from(*x, sky_[j].direction);
   }
   return sum;
 }
