@@ -270,7 +270,7 @@ Command add_frame(CLI::App& program) {
   parser->add_option("--skies", a->skies, "overcast, sun, shade")->delimiter(',')->capture_default_str();
   parser->add_option("--renderers", a->renderers, "rays, gl")->delimiter(',')->capture_default_str();
   parser->add_option("--samples", a->samples, "lights per frame")->delimiter(',')->capture_default_str();
-  parser->add_option("--reflections", a->reflections, "rays that mirrors and glass take for one sample, at most")
+  parser->add_option("--reflections", a->reflections, "rays one after the other in mirrors and glass, at most")
       ->delimiter(',')
       ->check(CLI::Range(0, 64))
       ->capture_default_str();

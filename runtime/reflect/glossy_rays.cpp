@@ -21,8 +21,8 @@ namespace daylit {
 namespace {
 
 constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
-constexpr int kAllColours = -1;      // of a ray; else the number of the only one
 constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
+constexpr double kFar_m = std::numeric_limits<double>::infinity();
 
 /// Points that are looked up one after the other mostly are of one material.
 const Bsdf& bsdf_of(const SurfaceMaterial& material) {
@@ -127,10 +127,9 @@ struct GlossyRays::Branch {
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
 struct GlossyRays::Work {
   struct Tree {
-    Rgb* radiance = nullptr; ///< where its light is added to
-    float share = 1.0f;      ///< times this
-    glm::vec2 u{0.5f};       ///< place in the lobes
-    int rays_left = 0;
+    Rgb* radiance = nullptr;           ///< where its light is added to
+    float share = 1.0f;                ///< times this
+    glm::vec2 u{0.5f};                 ///< place in the lobes
     std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
     bool takes_lights = true;          ///< `u` is one of many
     int lights = 0;                    ///< as CameraPoint
@@ -155,10 +154,13 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
   return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// One ray for each lobe, the one that brings most first, as long as it brings enough; it stands for those left out.
+/// One ray for the brightest lobe, which stands for those left out, and for each other that brings enough: no light is
+/// lost, and few branches bring enough, since all of a sample bring at most 1 together.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
                         Work& work) const {
-  Work::Tree& tree = work.trees[from.tree];
+  if (from.depth >= settings_.most_depth)
+    return;
+  const Work::Tree& tree = work.trees[from.tree];
   const glm::vec2 u = glm::fract(place + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
   const auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
@@ -170,11 +172,11 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     const std::optional<BsdfSample>& lobe = lobes[k];
     const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    if (tree.rays_left <= 0 || largest(weight) < settings_.least_importance) {
+    const bool goes_on = lobe && (work.next.size() == first || largest(weight) >= settings_.least_importance);
+    if (!goes_on) {
       left_out += weight;
       continue;
     }
-    --tree.rays_left;
     ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
@@ -249,14 +251,15 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   work.add(branch.tree, left.weight * sent);
 }
 
-/// A ray inside an object meets its surface before the room. A mesh that is not closed lets it out: nothing is
-/// absorbed.
+/// A ray inside an object meets its surface before the room. A mesh that is not closed lets it out, and so does any the
+/// last ray of a sample, so that what runs to and fro in glass does not end black: nothing is absorbed.
 void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   std::array<WorldRay, kRayBatch> rays;
   std::array<double, kRayBatch> most;
-  most.fill(std::numeric_limits<double>::infinity());
-  for (std::size_t k = 0; k < batch.size(); ++k)
+  for (std::size_t k = 0; k < batch.size(); ++k) {
     rays[k] = batch[k].ray;
+    most[k] = batch[k].depth < settings_.most_depth ? kFar_m : 0.0;
+  }
   std::array<std::optional<ObjectPoint>, kRayBatch> points;
   room_.objects.closest({rays.data(), batch.size()}, most, points);
 
@@ -268,7 +271,7 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
       arrive(batch[k], *points[k], work);
     else {
       room[count] = {{rays[k].origin + batch[k].room_from, rays[k].direction},
-                     points[k] ? points[k]->distance : most[k],
+                     points[k] ? points[k]->distance : kFar_m,
                      batch[k].width_rad,
                      std::nullopt,
                      Rgb(0.0f)};
@@ -308,7 +311,7 @@ void GlossyRays::radiance(std::span<const WorldRay> rays, std::span<Rgb> radianc
   Work work;
   for (std::size_t k = 0; k < rays.size(); ++k) {
     radiances[k] = Rgb(0.0f);
-    work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), settings_.most_rays, Work::kThisTree, false});
+    work.trees.push_back({&radiances[k], 1.0f, glm::vec2(0.5f), Work::kThisTree, false});
     work.level.push_back(
         {rays[k], Rgb(1.0f), Rgb(0.0f), static_cast<std::uint32_t>(k), 1, kAllColours, false, width_rad, 0.0f});
   }
@@ -320,15 +323,14 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
                                     Work& work) const {
   const auto grow = [&](const Surface& surface, const Rgb& weight, int channel) {
     for (const glm::vec2& u : s.is_sharp() ? at.places.first(1) : at.places) {
-      work.trees.push_back(
-          {&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u, settings_.most_rays});
+      work.trees.push_back({&light.radiance, s.is_sharp() ? 1.0f : 1.0f / static_cast<float>(at.places.size()), u});
       const auto tree = static_cast<std::uint32_t>(work.trees.size() - 1);
       work.trees[tree].lights = at.lights + static_cast<int>(&u - at.places.data());
       if (s.is_sharp())
         work.trees[tree].next_places = at.places;
       if (s.has_sharp_coat() && !s.is_sharp()) {
         work.trees[tree].of_coat = tree + 1;
-        work.trees.push_back({&light.coat, work.trees[tree].share, u, settings_.most_rays});
+        work.trees.push_back({&light.coat, work.trees[tree].share, u});
       }
       Branch camera{at.ray, weight, Rgb(0.0f), tree, 0, channel, false, width_rad, 0.0f};
       if (shares_sky(surface)) {

@@ -1,7 +1,7 @@
 #pragma once
 
-// Radiance along a ray among virtual objects that mirror and refract: all rays of a level of the tree together, the
-// brighter branch of each first, until what is left cannot be seen (Whitted 1980; rough surfaces by samples of their
+// Radiance along a ray among virtual objects that mirror and refract: all rays of a level of the tree together, of each
+// surface the brightest branch and those that can be seen beside it (Whitted 1980; rough surfaces by samples of their
 // lobe, Walter et al. 2007).
 
 #include <optional>
@@ -22,9 +22,9 @@ class ObjectMaps;
 struct Surroundings;
 
 struct GlossySettings {
-  int most_rays = 8; ///< after the camera's, of one sample of a pixel
+  int most_depth = 8; ///< rays one after the other, after the camera's; the last one meets the room alone
   /// Of its light to the camera: a branch that brings less is left out, a brighter one beside it takes over its light.
-  float least_importance = 0.01f;
+  float least_importance = 0.02f;
   /// Surroundings of objects: where there are some, a look-up for each lobe stands for the rays of the camera's points.
   const ObjectMaps* maps = nullptr;
 };
@@ -99,6 +99,7 @@ private:
   Rgb sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                     std::size_t step) const;
   bool finds_sky_behind(bool inside, const Surface& s) const;
+  bool is_behind_rough_glass(const glm::dvec3& x, const glm::vec3& direction) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
                           Work& work) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;

@@ -16,6 +16,7 @@ namespace daylit {
 
 inline float largest(const Rgb& c) { return std::max({c.r, c.g, c.b}); }
 
+constexpr int kAllColours = -1;            ///< of a ray; else the number of the only one
 constexpr std::size_t kLightPatterns = 16; ///< of the frame's lights of the sky
 constexpr auto kSunRadius = static_cast<float>(kSunAngularRadius);
 /// How normals are spread over a pixel: sum over its two sides of t t^T, t the turn along the side, radians along

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <glm/common.hpp>
@@ -131,6 +132,16 @@ Rgb GlossyRays::wide_glint(const Surface& s, const glm::vec3& in, const NormalSp
   return (s.has_sharp_coat() ? passes(s.out.z) * passes(in.z) : 1.0f) / (parts.x * parts.y) * sum;
 }
 
+/// Where rays that go through it find its own highlight, which has all of the sun.
+bool GlossyRays::is_behind_rough_glass(const glm::dvec3& x, const glm::vec3& direction) const {
+  const WorldRay ray{x, direction};
+  const auto point = room_.objects.closest(ray, std::numeric_limits<double>::infinity());
+  if (!point)
+    return false;
+  const Surface s = surface(ray, *point, 0.0, kAllColours);
+  return s.material.transmission > 0.0f && !s.is_sharp();
+}
+
 /// f(out, sun) cos E. A sharp lobe whose pixel is narrower than the disc meets it with its ray.
 Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSpread& spread, double turn) const {
   if (!room_.sun || (s.is_sharp() && meets_disc(Axes(spread).length.x)))
@@ -144,6 +155,8 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSp
     f += sharp_glint(s, in, spread);
   if (!s.is_sharp())
     f += wide_glint(s, in, spread);
+  if (largest(f) > kFaintest && is_behind_rough_glass(*x, to_sun))
+    f = Rgb(0.0f);
   // The base was drawn as if the sun's light came in as light from everywhere does.
   f += in.z * (s.bsdf.diffuse(s.out, in) - std::numbers::inv_pi_v<float> * s.bsdf.diffuse_albedo(s.out));
   return largest(glm::abs(f)) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
@@ -166,7 +179,8 @@ float GlossyRays::lobe_part(float lobe_density, float light_density) {
 }
 
 /// sum f cos E T V of every `step`-th light, times `step`, less what `samples` of the lobes find of it. Samples
-/// without a density, of light that facets reflect more than once, find none.
+/// without a density, of light that facets reflect more than once, find none. V is 0 behind any object: rays that go
+/// on through glass find the sky there.
 Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                               std::size_t step) const {
   const auto times = static_cast<float>(step);
@@ -182,7 +196,8 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
       if (lobe)
         weight -= lobe_part(samples * lobe->density, lights) * lobe->density * lobe->weight;
     if (largest(weight) * times > kFaintest)
-      sum += times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_from(*x, sky_[j].direction);
+      sum +=
+          times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_freely_from(*x, sky_[j].direction);
   }
   return sum;
 }

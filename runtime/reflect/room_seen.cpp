@@ -21,6 +21,7 @@ namespace {
 constexpr double kFlattest = 0.05; // cosine
 constexpr double kSampled = 0.8;   // of the disc's radius
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr double kFar_m = std::numeric_limits<double>::infinity();
 } // namespace
 
 PhotographedRoom::PhotographedRoom(const Composite& composite, const RenderCamera& camera, const LensModel& lens,
@@ -204,13 +205,23 @@ Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
   return reflectance * irradiance * std::numbers::inv_pi_v<float>;
 }
 
-/// T V; the panes first, which cost less than a ray.
 Rgb RoomSeen::arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const {
+  const Rgb past_room = passes_room(x, direction);
+  return past_room == Rgb(0.0f) ? past_room : past_room * objects.transmittance({x, glm::vec3(direction)}, kFar_m);
+}
+
+Rgb RoomSeen::arrives_freely_from(const glm::dvec3& x, const glm::dvec3& direction) const {
+  const Rgb past_room = passes_room(x, direction);
+  return past_room == Rgb(0.0f) || objects.closest({x, glm::vec3(direction)}, kFar_m) ? Rgb(0.0f) : past_room;
+}
+
+/// T V without the objects; the panes first, which cost less than a ray.
+Rgb RoomSeen::passes_room(const glm::dvec3& x, const glm::dvec3& direction) const {
   const ApertureCrossings::Met pane = windows.met(x, direction, std::numeric_limits<double>::infinity());
   if (pane.count == 0 || pane.transmittance == Rgb(0.0f) ||
       rays.occluded(rays.to_local(x), glm::vec3(direction), 0.0f, kInfinity))
     return Rgb(0.0f);
-  return pane.transmittance * objects.transmittance({x, glm::vec3(direction)}, std::numeric_limits<double>::infinity());
+  return pane.transmittance;
 }
 
 /// Towards the middle of the disc.

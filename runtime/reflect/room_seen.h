@@ -88,11 +88,14 @@ struct RoomSeen {
   Rgb sky(const glm::vec3& direction, float width_rad) const;
   /// Part of the light from far away in a direction that arrives at x through a window, past the room and the objects.
   Rgb arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same with no object in the way, not even glass.
+  Rgb arrives_freely_from(const glm::dvec3& x, const glm::dvec3& direction) const;
 
 private:
   void find_things(RoomRay& ray) const;
   std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
+  Rgb passes_room(const glm::dvec3& x, const glm::dvec3& direction) const;
   std::optional<Rgb> photographed_at(const RoomRay& ray, const glm::dvec3& x) const;
   std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
                                    std::uint32_t asked) const;

@@ -146,7 +146,7 @@ Result<void> PictureStage::add_glossy(const PictureToChange& picture, const Pict
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
   const ObjectsIndirectLight& light = in.light.indirect();
-  GlossySettings settings{.most_rays = in.shown->reflections};
+  GlossySettings settings{.most_depth = in.shown->reflections};
   const auto rays_with = [&](const GlossySettings& s) {
     return GlossyRays(seen, light.sent, light.radiance, in.light.direct().lights.sky, s, light.arriving);
   };

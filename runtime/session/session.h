@@ -71,7 +71,7 @@ struct ShownParts {
   bool direct = true;       ///< on the objects, from sky and sun through the windows
   bool indirect = true;     ///< on the objects
   bool differential = true; ///< on the room: shadows and reflections of the objects
-  int reflections = 8;      ///< rays after the camera's that mirrors and glass take for one sample, at most
+  int reflections = 8;      ///< GlossySettings::most_depth
   bool operator==(const ShownParts&) const = default;
 };
 

@@ -155,7 +155,7 @@ TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
 }
 
 TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
-  const GlossyScene scene(glass(), {.most_rays = 8, .least_importance = 0.03f});
+  const GlossyScene scene(glass(), {.most_depth = 8, .least_importance = 0.03f});
   for (const double aside : {0.01, 0.07, 0.11})
     EXPECT_NEAR(scene.radiance(aside).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance) << aside;
 }
@@ -247,13 +247,6 @@ TEST(GlossyRays, dispersion_draws_each_colour_with_its_own_index) {
     }
   }
   EXPECT_GT(apart, 0.01f);
-}
-
-TEST(GlossyRays, fewer_rays_than_the_glass_needs_lose_light_and_never_add_any) {
-  for (const int most : {1, 2, 4, 8}) {
-    const GlossyScene scene(glass(), {.most_rays = most});
-    EXPECT_LE(scene.radiance(0.07).g, 1.001f * kRoom) << most << " rays";
-  }
 }
 
 TEST(RoomMirror, names_the_materials_of_the_room_when_one_is_not_there) {

@@ -1,0 +1,110 @@
+// Things with walls of glass, whose rays meet many faces: in a room that is equally bright everywhere they are as
+// bright as the room, and what they show of a window or the sun does not depend on how it is looked for.
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "glossy_scene.h"
+
+namespace daylit {
+namespace {
+
+using test::glass;
+using test::GlossyScene;
+using test::kRoom;
+using test::metal;
+
+/// The sphere becomes a hollow one, with a wall of a part of the radius.
+void hollow_out(GlossyScene& scene, float wall, const GlossySettings& settings = {}) {
+  VirtualObjects::Model model{scene.room.mesh, {}, {}};
+  const auto count = static_cast<std::uint32_t>(model.mesh.positions.size());
+  for (std::uint32_t k = 0; k < count; ++k) {
+    model.mesh.positions.push_back((1.0f - wall) * model.mesh.positions[k]);
+    model.mesh.normals.push_back(-model.mesh.normals[k]);
+  }
+  for (std::size_t k = 0, triangles = model.mesh.triangles.size(); k < triangles; ++k) {
+    const auto t = model.mesh.triangles[k];
+    model.mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
+  }
+  model.mesh.reflectance.resize(2 * static_cast<std::size_t>(count), Rgb(1.0f));
+  model.rays = test::Surrounded::rays_of(model.mesh);
+  scene.objects.parts[0].model = std::make_shared<const VirtualObjects::Model>(std::move(model));
+  scene.renew(settings);
+}
+
+TEST(GlassWalls, a_hollow_sphere_in_an_even_room_is_as_bright_as_the_room_up_to_its_rim) {
+  for (const float wall : {0.02f, 0.1f, 0.3f}) {
+    GlossyScene scene(glass());
+    hollow_out(scene, wall);
+    for (int k = 0; k < 150; ++k)
+      EXPECT_NEAR(scene.radiance(0.001 * k + 0.0003).g / kRoom, 1.0f, 0.005f)
+          << wall << ", " << k << " mm from the middle";
+  }
+}
+
+TEST(GlassWalls, however_few_rays_may_follow_one_another_no_light_is_lost_or_added) {
+  for (const int most : {1, 2, 3, 5, 8}) {
+    GlossyScene scene(glass(), {});
+    hollow_out(scene, 0.1f, {.most_depth = most});
+    for (const double aside : {0.01, 0.07, 0.12, 0.14})
+      EXPECT_NEAR(scene.radiance(aside).g / kRoom, 1.0f, 0.005f) << most << " rays, " << aside;
+  }
+  GlossyScene none(glass());
+  hollow_out(none, 0.1f, {.most_depth = 0});
+  EXPECT_EQ(none.look(0.07).radiance, Rgb(0.0f));
+}
+
+/// Mean of a row of points across, each with the lobe samples and lights of sixteen pixels.
+double mean_seen(const GlossyScene& scene) {
+  double sum = 0.0;
+  for (int i = 0; i < 60; ++i)
+    for (int k = 0; k < 16; ++k)
+      sum += static_cast<double>(scene.look(-0.13 + 0.26 * i / 59, static_cast<std::size_t>(k), 16, k).radiance.g);
+  return sum / (60.0 * 16.0);
+}
+
+/// Each way to the window is found once: by the last face's lights, and not by those of the faces before as well. The
+/// lobes meet it by chance, so that both agree within a quarter.
+TEST(GlassWalls, a_frosted_hollow_sphere_shows_a_window_by_lights_as_by_lobes_alone) {
+  const std::vector<Aperture> panes = test::box_window();
+  ObjectMaterial frosted = glass();
+  frosted.roughness = 0.4f;
+  GlossyScene scene(frosted, {}, panes, 30.0f);
+  scene.room.set_walls(0.0f);
+  hollow_out(scene, 0.1f);
+  const double by_lobes = mean_seen(scene);
+  scene.look_at_sky_by_lights(panes);
+  EXPECT_GT(by_lobes, 0.02);
+  EXPECT_NEAR(mean_seen(scene) / by_lobes, 1.0, 0.25);
+}
+
+/// Through clear glass no ray of a rough metal sees the sun; through frosted glass the glass shows it.
+TEST(GlassWalls, the_suns_highlight_on_metal_is_seen_through_clear_glass_and_left_to_frosted_glass) {
+  for (const bool frosted : {false, true}) {
+    GlossyScene scene(metal(0.4f), {}, test::box_window());
+    scene.sun = DetectedSun{.direction = glm::normalize(glm::dvec3(-0.1, 2.5, 0.3)), .normal_irradiance = Rgb(7.0f)};
+    scene.renew();
+    EXPECT_GT(scene.look(0.1).glint.g, 0.0f);
+    VirtualObjects::Part pane = scene.objects.parts[0];
+    VirtualObjects::Model model = *pane.model;
+    model.mesh.materials = {glass()};
+    model.mesh.materials[0].roughness = frosted ? 0.4f : 0.0f;
+    pane.model = std::make_shared<const VirtualObjects::Model>(std::move(model));
+    pane.first_vertex = scene.objects.surface.positions.size();
+    const glm::dvec3 aside = 0.5 * scene.sun->direction;
+    pane.world_from_object[3] += glm::dvec4(aside, 0.0);
+    for (const glm::vec3& p : pane.mesh().positions)
+      scene.objects.surface.positions.push_back(scene.middle + aside + glm::dvec3(p));
+    scene.objects.parts.push_back(std::move(pane));
+    scene.objects.find_bounds(1);
+    scene.renew();
+    EXPECT_EQ(scene.look(0.1).glint.g > 0.0f, !frosted);
+  }
+}
+
+} // namespace
+} // namespace daylit
