@@ -76,7 +76,12 @@ void IndirectShadow::set_direct(std::vector<TwoSided> direct, const ObjectSurfac
     });
 }
 
-MirroredLight& IndirectShadow::mirrored() { return state_->mirrored; }
+void IndirectShadow::set_mirrored(std::vector<std::array<MirroringSide, 2>> sides,
+                                  std::span<const DirectionalLight> windows) {
+  state_->mirrored = MirroredLight(std::move(sides), windows);
+  state_->receivers.mirrored_changed();
+}
+
 std::span<const TwoSided> IndirectShadow::direct() const { return state_->direct; }
 
 void IndirectShadow::set_indirect(std::span<const TwoSided> indirect) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -37,7 +38,10 @@ const std::vector<std::array<float, 9>>& MirroredLight::harmonics() {
 
 /// L(w) = sum over the lights of (n + 1) / (2 pi) (w . w_k)^n E_k, n = 16: the few rays of a receiver find it without
 /// noise.
-void MirroredLight::set_windows(std::span<const DirectionalLight> windows) {
+MirroredLight::MirroredLight(std::vector<std::array<MirroringSide, 2>> sides, std::span<const DirectionalLight> windows)
+    : sides_(std::move(sides)) {
+  if (sides_.empty())
+    return;
   constexpr float kScale = (static_cast<float>(1 << kSquarings) + 1.0f) / (2.0f * std::numbers::pi_v<float>);
   windows_.assign(kSide * kSide, Rgb(0.0f));
   for (std::size_t k = 0; k < windows_.size(); ++k) {

@@ -19,16 +19,15 @@ struct MirroringSide {
   Rgb as_diffuse{0.0f}; ///< radiance that stands for both on all sides; 0: nothing is mirrored
 };
 
-/// Light comes from directions of the octahedral square (base/octahedral.h). Thread-safe but for the setters.
+/// Light comes from directions of the octahedral square (base/octahedral.h). Thread-safe.
 class MirroredLight {
 public:
   using Direction = std::uint16_t;
   static Direction direction_of(const glm::vec3& from);
 
-  /// Their light without shadows, at the objects' middle.
-  void set_windows(std::span<const DirectionalLight> windows);
-  /// Both sides of each sender; empty: nothing mirrors.
-  void set_sides(std::vector<std::array<MirroringSide, 2>> sides) { sides_ = std::move(sides); }
+  MirroredLight() = default;
+  /// Both sides of each sender, none where nothing mirrors; the windows' light without shadows, at the objects' middle.
+  MirroredLight(std::vector<std::array<MirroringSide, 2>> sides, std::span<const DirectionalLight> windows);
   bool any() const { return !sides_.empty(); }
   /// How much more radiance a side (Receiver::Sender::side) sends where it mirrors what comes from there than
   /// `as_diffuse`.

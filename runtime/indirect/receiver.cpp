@@ -66,13 +66,19 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
 /// sum over the occluded directions of cos dw L_object.
 Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
-  if (mirrored.any())
-    for (const Receiver::Mirror& m : receiver.mirrors)
-      sum += m.weight * mirrored.change(m.side, m.from);
   for (const Receiver::Sender& s : receiver.senders) {
     const TwoSided& vertex = radiance[s.side / 2];
     sum += s.weight * (s.side % 2 == 0 ? vertex.front : vertex.back);
   }
+  return sum;
+}
+
+/// sum over the directions in which an object mirrors of cos dw Delta L.
+Rgb LitScene::mirrored_irradiance(const Receiver& receiver) const {
+  Rgb sum(0.0f);
+  if (mirrored.any())
+    for (const Receiver::Mirror& m : receiver.mirrors)
+      sum += m.weight * mirrored.change(m.side, m.from);
   return sum;
 }
 

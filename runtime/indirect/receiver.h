@@ -68,6 +68,8 @@ struct LitScene {
   void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
   /// Irradiance from the objects, and from the room behind them, on x with normal n.
   Rgb sent_irradiance(const Receiver& receiver) const;
+  /// What of it metals send elsewhere: to be added.
+  Rgb mirrored_irradiance(const Receiver& receiver) const;
   Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
   /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.

@@ -35,7 +35,7 @@ struct ReceiverLattice::State {
     mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
   };
   const LitScene& scene;
-  std::uint64_t light_version = 0, sky_version = 1, placement_version = 1;
+  std::uint64_t light_version = 0, sky_version = 1, placement_version = 1, mirrored_version = 1;
   std::array<Lattice, kLevels.size()> lattices;
   mutable std::atomic<std::size_t> nodes_made{0};
   mutable LitPoints lit; ///< of the nodes
@@ -124,14 +124,16 @@ const Cell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& ke
 void ReceiverLattice::State::renew(Node& node) const {
   if (std::exchange(node.placement_version, placement_version) != placement_version) {
     scene.trace(node.x + kAirGap_m * node.n, node.n, *node.pattern, node.receiver);
-    node.sky_version = 0;
+    node.sky_version = node.mirrored_version = 0;
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
     node.here = scene.light.at_surface(node.triangle, node.x, -node.n);
     node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
     node.before = LitScene::before(node.receiver, node.here);
   }
-  node.change = {scene.sent_irradiance(node.receiver) - node.hidden, node.before};
+  if (std::exchange(node.mirrored_version, mirrored_version) != mirrored_version)
+    node.mirrored = scene.mirrored_irradiance(node.receiver);
+  node.change = {scene.sent_irradiance(node.receiver) + node.mirrored - node.hidden, node.before};
 }
 
 const IndirectChange& ReceiverLattice::State::current(Node& node) const {
@@ -299,6 +301,7 @@ void ReceiverLattice::sky_changed() {
 }
 
 void ReceiverLattice::light_changed() { ++state_->light_version; }
+void ReceiverLattice::mirrored_changed() { ++state_->mirrored_version; }
 
 bool ReceiverLattice::near(const glm::dvec3& x) const {
   return state_->scene.smallest_radii_away(x) < kLevels[kContactLevels].blend_to;
@@ -343,7 +346,8 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
   const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count))) +
                         LampLight::irradiance(look_at_lamps(s.scene, x + kAirGap_m * n, n, DirectionPattern(count)));
-  return {s.scene.sent_irradiance(receiver) - s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
+  return {s.scene.sent_irradiance(receiver) + s.scene.mirrored_irradiance(receiver) -
+              s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};
 }
 

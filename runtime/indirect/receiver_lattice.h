@@ -25,6 +25,8 @@ public:
   void objects_moved();
   void sky_changed();
   void light_changed();
+  /// After light_changed(): what metals mirror is another.
+  void mirrored_changed();
 
   /// At point x of a triangle on the side that `direction` meets; interpolated. Nothing is interpolated past a surface
   /// of the room, and near an object none of its own.

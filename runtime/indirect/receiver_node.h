@@ -20,9 +20,10 @@ struct ReceiverLattice::Node {
   double cell_m = 0, farthest = 0.0; ///< of its level; farthest: radii
   const DirectionPattern* pattern = nullptr;
   Receiver receiver;
-  RoomPoint here;   ///< light of the room, interpolated, with the sky unshadowed
-  Rgb hidden{0.0f}; ///< irradiance from what the objects hide
-  Rgb before{0.0f}; ///< without the objects, sun excepted
+  RoomPoint here;     ///< light of the room, interpolated, with the sky unshadowed
+  Rgb mirrored{0.0f}; ///< irradiance that metals send more than as diffuse surfaces
+  Rgb hidden{0.0f};   ///< irradiance from what the objects hide
+  Rgb before{0.0f};   ///< without the objects, sun excepted
   IndirectChange change;
   Rgb lost_sun{0.0f};    ///< irradiance from the sun that the objects keep away
   LitPoint open;         ///< light without the objects, unshadowed
@@ -31,7 +32,7 @@ struct ReceiverLattice::Node {
   float distance = 0.0f; ///< to the nearest surface of an object, radii
   std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0}, blocked_version{0},
       visible_version{0};
-  std::uint64_t placement_version = 0, sky_version = 0;
+  std::uint64_t placement_version = 0, sky_version = 0, mirrored_version = 0;
   std::mutex renewing;
 
   std::vector<ChangedSurface> around; ///< other surfaces of the room, until an object moves

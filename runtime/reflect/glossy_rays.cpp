@@ -229,7 +229,8 @@ Rgb GlossyRays::spread_several(const ObjectPoint& point, const Surface& s, Branc
 /// L(ray) = exp(-a d) L at its end, on an object.
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
-  left.weight *= glm::exp(-branch.absorption_per_m * static_cast<float>(point.distance));
+  if (branch.absorption_per_m != Rgb(0.0f))
+    left.weight *= glm::exp(-branch.absorption_per_m * static_cast<float>(point.distance));
   const Surface s = surface(branch.ray, point, 0.0, branch.channel);
   Rgb sent = diffuse_of(sent_, point, s) - occluded(point, s) + s.material.emission;
   const ObjectMaterial* m = material(point);

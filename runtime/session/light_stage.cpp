@@ -85,9 +85,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   add_sunlit_correction(shadow, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
   const bool mirrors = !objects.senders.mirrored_reflectance.empty();
-  shadow.mirrored().set_sides({});
-  if (mirrors)
-    shadow.mirrored().set_windows(windows);
+  shadow.set_mirrored({}, windows);
   std::vector<std::array<Rgb, 2>> contact;
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
@@ -98,8 +96,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
     }
     std::vector<TwoSided> from_outside = from_room;
     add_feedback(shadow, objects, probes_->feedback, from_outside);
-    if (mirrors)
-      shadow.mirrored().set_sides(mirroring_sides(shadow, objects, light, probes_->windows, of_windows, from_outside));
+    if (mirrors && k == 0) // what comes back a second time is taken as sent to all sides
+      shadow.set_mirrored(mirroring_sides(shadow, objects, light, probes_->windows, of_windows, from_outside), windows);
     if (shadow.objects_see_each_other())
       add_exchange(shadow, objects, probes_->contact, contact, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);

@@ -31,9 +31,7 @@ std::vector<glm::vec3> directions() {
 }
 
 TEST(MirroredLight, what_is_mirrored_comes_from_the_mirrored_direction) {
-  MirroredLight light;
-  light.set_windows({});
-  light.set_sides({{MirroringSide{gradient(3.0f, 2.0f), Rgb(0.0f), Rgb(1.0f)}, MirroringSide{}}});
+  const MirroredLight light({{MirroringSide{gradient(3.0f, 2.0f), Rgb(0.0f), Rgb(1.0f)}, MirroringSide{}}}, {});
   for (const glm::vec3& w : directions())
     EXPECT_NEAR(light.change(0, MirroredLight::direction_of(w)).g, 3.0f + 2.0f * w.z - 1.0f, 2.0f * 0.18f)
         << "texels are 13 degrees wide, their corners up to 10 from the middle";
@@ -41,10 +39,9 @@ TEST(MirroredLight, what_is_mirrored_comes_from_the_mirrored_direction) {
 }
 
 TEST(MirroredLight, a_window_is_mirrored_from_where_it_is_with_all_of_its_light) {
-  MirroredLight light;
   const glm::dvec3 to_window = glm::normalize(glm::dvec3(1.0, 2.0, 0.5));
-  light.set_windows(std::vector<DirectionalLight>{{to_window, Rgb(5.0f)}});
-  light.set_sides({{MirroringSide{{}, Rgb(1.0f), Rgb(1e-6f)}, MirroringSide{}}});
+  const MirroredLight light({{MirroringSide{{}, Rgb(1.0f), Rgb(1e-6f)}, MirroringSide{}}},
+                            std::vector<DirectionalLight>{{to_window, Rgb(5.0f)}});
   const std::vector<glm::vec3> all = directions();
   double sum = 0.0;
   for (const glm::vec3& w : all) {
@@ -74,8 +71,7 @@ TEST(MirroredLight, a_small_mirroring_sphere_sends_to_all_sides_the_mean_of_what
   s.change.set_direct(std::vector<TwoSided>(s.mesh.positions.size(), {Rgb(kDiffuse), Rgb(kDiffuse)}), surface,
                       surface.reflectance);
   MirroringSide side{gradient(kMean, kMean), Rgb(0.0f), Rgb(kDiffuse)};
-  s.change.mirrored().set_windows({});
-  s.change.mirrored().set_sides(std::vector<std::array<MirroringSide, 2>>(s.mesh.positions.size(), {side, side}));
+  s.change.set_mirrored(std::vector<std::array<MirroringSide, 2>>(s.mesh.positions.size(), {side, side}), {});
   s.change.set_indirect(std::vector<TwoSided>(s.mesh.positions.size()));
   const double form_factor = 0.1 * 0.1 / (1.2 * 1.2), far = kPi * form_factor * (6.0 - Surrounded::kRadiance);
   double expected = 0.0;
