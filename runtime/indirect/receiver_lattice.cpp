@@ -1,88 +1,18 @@
 #include "runtime/indirect/receiver_lattice.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <mutex>
 #include <utility>
 
 #include <glm/geometric.hpp>
-#include <tbb/concurrent_unordered_map.h>
 
-#include "runtime/base/once.h"
-#include "runtime/indirect/receiver_levels.h"
-#include "runtime/indirect/receiver_node.h"
+#include "runtime/indirect/receiver_state.h"
 
 namespace daylit {
 
 namespace {
-
 constexpr float kLeastWeight = 0.02f; // of the corners in view
-constexpr int kLampRays = 64;         // to what lamps light
-
-struct Cell {
-  bool open = false; ///< its corners lie in the same air
-  std::array<ReceiverLattice::Node*, 4> corner{};
-};
-
 } // namespace
-
-struct ReceiverLattice::State {
-  struct Lattice {
-    double cell_m = 0.1;
-    std::vector<DirectionPattern> patterns; ///< by phase
-    mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Cell>, LatticeHash> cells;
-    mutable tbb::concurrent_unordered_map<LatticeKey, std::unique_ptr<Node>, LatticeHash> nodes;
-  };
-  const LitScene& scene;
-  std::uint64_t light_version = 0, sky_version = 1, placement_version = 1, mirrored_version = 1;
-  std::array<Lattice, kLevels.size()> lattices;
-  mutable std::atomic<std::size_t> nodes_made{0};
-  mutable LitPoints lit; ///< of the nodes
-  DirectionPattern lamp_pattern{kLampRays};
-
-  explicit State(const LitScene& s) : scene(s), lit(s.light) {
-    for (std::size_t k = 0; k < kLevels.size(); ++k)
-      for (int phase = 0; phase < DirectionPattern::kPhases; ++phase)
-        lattices[k].patterns.emplace_back(kLevels[k].rays, phase);
-  }
-  Node* node(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
-  const Cell& cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const;
-  void renew(Node& node) const;
-  const IndirectChange& current(Node& node) const;
-  Rgb whole_change(Node& node, bool sun_too = true) const;
-  Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
-  const Rgb& reflected(Node& node) const;
-  float current_distance(Node& node) const;
-  const RoomPoint& current_light(Node& node) const;
-  float current_blocked(Node& node) const;
-  float window_visibility(Node& node) const;
-
-  /// A point of a plane.
-  struct Place {
-    std::uint32_t triangle = 0, facing = 0;
-    glm::dvec3 x{0.0};
-  };
-  /// The cell that it lies in.
-  struct Found {
-    const Cell* cell = nullptr;
-    LatticeSquare square;
-    double distance = 0.0; ///< to the nearest surface of an object, radii, where it was looked for
-  };
-  Found find(std::size_t level, const Place& place) const;
-  double distance(const Found& found) const;
-  std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
-  Link link(std::size_t level, const Found& found, const Place& place) const;
-  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, double radii_away) const;
-  std::vector<ChangedSurface> changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
-                                               const DirectionPattern& pattern) const;
-  std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
-  /// Which level holds at a place, and how much of the next one is mixed in.
-  struct Mix : LevelMix {
-    std::array<Found, kContactLevels + 1> found{}; ///< of the levels looked at on the way; others have no cell
-  };
-  Mix mix_at(const Place& place) const;
-};
 
 /// Two threads may make it: one of the two is kept.
 ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const LatticeKey& key,
@@ -105,11 +35,12 @@ ReceiverLattice::Node* ReceiverLattice::State::node(std::size_t level, const Lat
 }
 
 /// Made when first looked up.
-const Cell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& key, std::uint32_t triangle) const {
+const ReceiverCell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& key,
+                                                 std::uint32_t triangle) const {
   const Lattice& lattice = lattices[level];
   if (const auto found = lattice.cells.find(key); found != lattice.cells.end())
     return *found->second;
-  auto made = std::make_unique<Cell>();
+  auto made = std::make_unique<ReceiverCell>();
   std::array<glm::dvec3, 4> air;
   for (int k = 0; k < 4; ++k) {
     Node* corner = node(level, {key.i + (k & 1), key.j + (k >> 1), key.facing}, triangle);
@@ -118,91 +49,6 @@ const Cell& ReceiverLattice::State::cell(std::size_t level, const LatticeKey& ke
   }
   made->open = see_each_other(scene.rays, air);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
-}
-
-/// Traced anew when an object moved; what is behind the objects anew under another sky.
-void ReceiverLattice::State::renew(Node& node) const {
-  if (std::exchange(node.placement_version, placement_version) != placement_version) {
-    scene.trace(node.x + kAirGap_m * node.n, node.n, *node.pattern, node.receiver);
-    node.sky_version = node.mirrored_version = 0;
-  }
-  if (std::exchange(node.sky_version, sky_version) != sky_version) {
-    node.here = scene.light.at_surface(node.triangle, node.x, -node.n);
-    node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
-    node.before = LitScene::before(node.receiver, node.here);
-  }
-  if (std::exchange(node.mirrored_version, mirrored_version) != mirrored_version)
-    node.mirrored = scene.mirrored_irradiance(node.receiver);
-  node.change = {scene.sent_irradiance(node.receiver) + node.mirrored - node.hidden, node.before};
-}
-
-const IndirectChange& ReceiverLattice::State::current(Node& node) const {
-  once(node.light_version, light_version, node.renewing, [&] { renew(node); });
-  return node.change;
-}
-
-/// Delta E - V_blocked E_sky - E_sun lost.
-Rgb ReceiverLattice::State::whole_change(Node& node, bool sun_too) const {
-  const Rgb first = current(node).irradiance; // renews node.here
-  const Rgb but_sun = first - current_blocked(node) * node.here.open_sky_irradiance;
-  if (!sun_too)
-    return but_sun;
-  once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
-       [&] { node.lost_sun = scene.lost_sun(node.x, node.n, node.cell_m); });
-  return but_sun - node.lost_sun;
-}
-
-std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
-                                                                     const DirectionPattern& pattern) const {
-  return find_changed_surfaces(scene, air, n, pattern,
-                               [this](auto triangle, const auto& x, const auto& direction, double radii_away) {
-                                 return link(triangle, x, direction, radii_away);
-                               });
-}
-
-/// sum over the surfaces of rho / pi cos dw of Delta E there.
-Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
-  Rgb sum(0.0f);
-  for (const ChangedSurface& s : surfaces)
-    for (std::size_t k = 0; k < 4; ++k)
-      if (s.link.weight[k] > 0.0f)
-        sum += s.weight * s.link.weight[k] * whole_change(*s.link.node[k]);
-  return sum;
-}
-
-const Rgb& ReceiverLattice::State::reflected(Node& node) const {
-  once(node.reflected_version, light_version, node.reflecting, [&] {
-    if (std::exchange(node.around_version, placement_version) != placement_version) {
-      node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
-      node.lamps = look_at_lamps(scene, node.x + kAirGap_m * node.n, node.n, lamp_pattern);
-    }
-    node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
-  });
-  return node.reflected;
-}
-
-float ReceiverLattice::State::current_distance(Node& node) const {
-  once(node.distance_version, placement_version, node.renewing, [&] {
-    const double radius = lattices[0].cell_m / kLevels[0].cell;
-    node.distance = static_cast<float>(scene.parts.distance(node.x, node.farthest * radius) / radius);
-  });
-  return node.distance;
-}
-
-float ReceiverLattice::State::current_blocked(Node& node) const {
-  once(node.blocked_version, placement_version, node.renewing,
-       [&] { node.blocked = scene.windows.blocked_fraction(node.x + kAirGap_m * node.n, node.n, scene.parts); });
-  return node.blocked;
-}
-
-const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
-  return lit.light(node.open, node.triangle, node.x, node.n);
-}
-
-float ReceiverLattice::State::window_visibility(Node& node) const {
-  once(node.visible_version, 1, node.renewing,
-       [&] { node.visible = scene.windows.visible_fraction(node.x + kAirGap_m * node.n, node.n); });
-  return node.visible;
 }
 
 ReceiverLattice::State::Found ReceiverLattice::State::find(std::size_t level, const Place& place) const {

@@ -1,0 +1,95 @@
+// What is known at a node of the lattice, each value found when it is first asked for.
+
+#include <utility>
+
+#include "runtime/base/once.h"
+#include "runtime/indirect/receiver_state.h"
+
+namespace daylit {
+
+/// Traced anew when an object moved; what is behind the objects anew under another sky.
+void ReceiverLattice::State::renew(Node& node) const {
+  if (std::exchange(node.placement_version, placement_version) != placement_version) {
+    scene.trace(node.x + kAirGap_m * node.n, node.n, *node.pattern, node.receiver);
+    node.sky_version = node.mirrored_version = 0;
+  }
+  if (std::exchange(node.sky_version, sky_version) != sky_version) {
+    node.here = scene.light.at_surface(node.triangle, node.x, -node.n);
+    node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
+    node.before = LitScene::before(node.receiver, node.here);
+  }
+  if (std::exchange(node.mirrored_version, mirrored_version) != mirrored_version)
+    node.mirrored = scene.mirrored_irradiance(node.receiver);
+  node.change = {scene.sent_irradiance(node.receiver) + node.mirrored - node.hidden, node.before};
+}
+
+const IndirectChange& ReceiverLattice::State::current(Node& node) const {
+  once(node.light_version, light_version, node.renewing, [&] { renew(node); });
+  return node.change;
+}
+
+/// Delta E - V_blocked E_sky - E_sun lost.
+Rgb ReceiverLattice::State::whole_change(Node& node, bool sun_too) const {
+  const Rgb first = current(node).irradiance; // renews node.here
+  const Rgb but_sun = first - current_blocked(node) * node.here.open_sky_irradiance;
+  if (!sun_too)
+    return but_sun;
+  once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
+       [&] { node.lost_sun = scene.lost_sun(node.x, node.n, node.cell_m); });
+  return but_sun - node.lost_sun;
+}
+
+std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
+                                                                     const DirectionPattern& pattern) const {
+  return find_changed_surfaces(scene, air, n, pattern,
+                               [this](auto triangle, const auto& x, const auto& direction, double radii_away) {
+                                 return link(triangle, x, direction, radii_away);
+                               });
+}
+
+/// sum over the surfaces of rho / pi cos dw of Delta E there.
+Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
+  Rgb sum(0.0f);
+  for (const ChangedSurface& s : surfaces)
+    for (std::size_t k = 0; k < 4; ++k)
+      if (s.link.weight[k] > 0.0f)
+        sum += s.weight * s.link.weight[k] * whole_change(*s.link.node[k]);
+  return sum;
+}
+
+const Rgb& ReceiverLattice::State::reflected(Node& node) const {
+  once(node.reflected_version, light_version, node.reflecting, [&] {
+    if (std::exchange(node.around_version, placement_version) != placement_version) {
+      node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
+      node.lamps = look_at_lamps(scene, node.x + kAirGap_m * node.n, node.n, lamp_pattern);
+    }
+    node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
+  });
+  return node.reflected;
+}
+
+float ReceiverLattice::State::current_distance(Node& node) const {
+  once(node.distance_version, placement_version, node.renewing, [&] {
+    const double radius = lattices[0].cell_m / kLevels[0].cell;
+    node.distance = static_cast<float>(scene.parts.distance(node.x, node.farthest * radius) / radius);
+  });
+  return node.distance;
+}
+
+float ReceiverLattice::State::current_blocked(Node& node) const {
+  once(node.blocked_version, placement_version, node.renewing,
+       [&] { node.blocked = scene.windows.blocked_fraction(node.x + kAirGap_m * node.n, node.n, scene.parts); });
+  return node.blocked;
+}
+
+const RoomPoint& ReceiverLattice::State::current_light(Node& node) const {
+  return lit.light(node.open, node.triangle, node.x, node.n);
+}
+
+float ReceiverLattice::State::window_visibility(Node& node) const {
+  once(node.visible_version, 1, node.renewing,
+       [&] { node.visible = scene.windows.visible_fraction(node.x + kAirGap_m * node.n, node.n); });
+  return node.visible;
+}
+
+} // namespace daylit
