@@ -50,11 +50,11 @@ public:
   /// `direct`: radiance from each vertex of all objects, on both sides, because of light straight from the sky;
   /// what the `diffuse` reflectance of each sends on of the sun's is added here with shadows. Call after set_sky().
   void set_direct(std::vector<TwoSided> direct, const ObjectSurface& surface, std::span<const Rgb> diffuse);
+  /// The same with the sun's.
+  std::span<const TwoSided> direct() const;
   /// What metals mirror, between set_direct() and set_indirect(): of each sender, and the windows' light without
   /// shadows (MirroredLight). No sides: nothing mirrors.
   void set_mirrored(std::vector<std::array<MirroringSide, 2>> sides, std::span<const DirectionalLight> windows);
-  /// The same with the sun's.
-  std::span<const TwoSided> direct() const;
   /// Radiance from them because of all other light.
   void set_indirect(std::span<const TwoSided> indirect);
 

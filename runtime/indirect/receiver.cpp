@@ -46,11 +46,8 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
     for (std::size_t k = 0; k < 3; ++k)
       receiver.senders.push_back({2 * o.vertex[k] + o.back, d.weight * corner[k]});
     if (o.mirrored != glm::vec3(0.0f))
-      receiver.mirrors.push_back({2 * o.vertex[corner[0] >= std::max(o.u, o.v) ? 0
-                                               : o.u >= o.v                    ? 1
-                                                                               : 2] +
-                                      o.back,
-                                  d.weight, MirroredLight::direction_of(o.mirrored)});
+      receiver.mirrors.push_back({2 * o.vertex[std::ranges::max_element(corner) - corner] + o.back, d.weight,
+                                  MirroredLight::direction_of(o.mirrored)});
     if (!d.behind)
       continue;
     add_patch(receiver.hidden, d.behind, d.weight);

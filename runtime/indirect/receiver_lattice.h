@@ -25,7 +25,7 @@ public:
   void objects_moved();
   void sky_changed();
   void light_changed();
-  /// After light_changed(): what metals mirror is another.
+  /// What metals mirror is another, from the next light_changed() on.
   void mirrored_changed();
 
   /// At point x of a triangle on the side that `direction` meets; interpolated. Nothing is interpolated past a surface

@@ -68,7 +68,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
       direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
   if (room_.indirect_shadow)
     shade_direct(objects, probes_->windows, direct);
-  const std::vector<TwoSided> of_windows = direct;
+  const bool mirrors = !objects.senders.mirrored_reflectance.empty();
+  const std::vector<TwoSided> of_windows = mirrors ? direct : std::vector<TwoSided>{};
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
   std::vector<TwoSided> from_room = radiance;
   if (!room_.indirect_shadow) {
@@ -84,7 +85,6 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   shadow.set_direct(std::move(direct), surface, objects.senders.diffuse_reflectance);
   add_sunlit_correction(shadow, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
-  const bool mirrors = !objects.senders.mirrored_reflectance.empty();
   shadow.set_mirrored({}, windows);
   std::vector<std::array<Rgb, 2>> contact;
   for (int k = 0; k < kExchanges; ++k) {
