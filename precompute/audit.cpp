@@ -257,18 +257,43 @@ std::vector<std::size_t> Audit::probes() const {
   return {list.begin(), list.end()};
 }
 
-/// Of the volume; 0 where it knows none. Under suns corrected by what the surfaces near a point send it.
+/// Of each point with the elements that any sky lights.
+std::vector<FirstReflection::Exchange> Audit::near_surfaces(const SentLight& sent) const {
+  if (!sent.surfaces)
+    return {};
+  const std::size_t elements = sent.surfaces->elements().size();
+  std::vector<Rgb> lit(elements, Rgb(0.0f));
+  for (std::size_t k = 0; k < sent.radiance.size(); ++k)
+    lit[k % elements] += sent.radiance[k];
+  std::vector<FirstReflection::Exchange> near(points_.size());
+  parallel_for(std::size_t{0}, points_.size(), [&](std::size_t p) {
+    std::array<std::uint32_t, 8> probe;
+    std::array<float, 8> weight;
+    const auto used = static_cast<std::size_t>(sampler_.weights(points_[p], probe, weight));
+    near[p] = sent.surfaces->exchange(points_[p], std::span(probe).first(used), std::span(weight).first(used), lit);
+  });
+  return near;
+}
+
+/// Of the volume, corrected by what the surfaces near a point send it; 0 where it knows none.
 std::vector<ShRadiance> Audit::light_at_points(std::size_t s, const LightField& field, std::span<const Rgb> radiance,
-                                               const SentLight& sent) const {
+                                               const SentLight& sent,
+                                               std::span<const FirstReflection::Exchange> near) const {
   const std::size_t first = skies_[s].of_room ? in_air_ + standing_ : 0;
-  const bool near = sent.surfaces && skies_[s].is_sun;
-  const std::vector<Rgb> stored = near ? sent.surfaces->radiance(radiance) : std::vector<Rgb>{};
-  const auto actual = [&](std::size_t e, const glm::dvec3&) { return sent.radiance[s * stored.size() + e]; };
+  const std::vector<Rgb> stored = sent.surfaces ? sent.surfaces->radiance(radiance) : std::vector<Rgb>{};
+  const std::span<const Rgb> actual = sent.radiance.subspan(s * stored.size(), stored.size());
   std::vector<ShRadiance> light(points_.size());
   parallel_for(first, points_.size(), [&](std::size_t p) {
-    const auto here = near ? sent.surfaces->corrected(sampler_, field, points_[p], stored, actual)
-                           : sampler_.sample_all(field, points_[p]);
-    light[p] = here.value_or(ShRadiance{});
+    const auto here = sampler_.sample_all(field, points_[p]);
+    if (!here)
+      return;
+    light[p] = *here;
+    if (near.empty())
+      return;
+    ShRadiance more = FirstReflection::correction(near[p], stored, actual);
+    if (field.band4.empty())
+      more.band4 = {};
+    light[p] += more;
   });
   return light;
 }
@@ -338,12 +363,12 @@ void Audit::judge_points(std::span<const ShRadiance> got, const PointTruth& trut
 }
 
 SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
-                          NearLight& near) const {
+                          std::span<const FirstReflection::Exchange> surfaces, NearLight& near) const {
   std::vector<Rgb> radiance;
   for (const float r : radiance_on(volume.partition, skies_[s]))
     radiance.emplace_back(r);
   const LightField field = combine(volume, radiance, ShOrder::fourth);
-  const std::vector<ShRadiance> light = light_at_points(s, field, radiance, sent);
+  const std::vector<ShRadiance> light = light_at_points(s, field, radiance, sent, surfaces);
   const PointTruth here{{truth.at_points, skies_.size(), s}, {truth.band4_at_points, skies_.size(), s}};
   for (std::size_t p = in_air_; p < points_.size(); ++p) {
     near.got.push_back(light[p]);
@@ -367,8 +392,9 @@ AuditReport Audit::judge(const BasisVolume& volume, const AuditTruth& truth, con
                      {},
                      rooms_};
   std::vector<NearLight> near(skies_.size());
+  const std::vector<FirstReflection::Exchange> surfaces = near_surfaces(sent);
   parallel_for(std::size_t{0}, skies_.size(),
-               [&](std::size_t s) { report.sky[s] = judge_sky(s, volume, truth, sent, near[s]); });
+               [&](std::size_t s) { report.sky[s] = judge_sky(s, volume, truth, sent, surfaces, near[s]); });
   for (std::size_t s = 0; s < skies_.size(); ++s) {
     const float around = sky_around(skies_[s]);
     report.sky[s].rooms = judge_rooms(near[s], near[0], around);

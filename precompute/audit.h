@@ -83,8 +83,8 @@ struct AuditTruth {
   std::span<const std::size_t> probes; ///< all of Audit::probes() that are valid
 };
 
-/// The volume's elements, and what they send back of the direct light of the skies, [sky][element]: the light under
-/// suns is corrected by it, as that of IndirectLight is. Null: the volume names none.
+/// The volume's elements, and what they send back of the direct light of the skies, [sky][element]: the light is
+/// corrected by it, as that of IndirectLight is. Null: the volume names none.
 struct SentLight {
   const FirstReflection* surfaces = nullptr;
   std::span<const Rgb> radiance = {};
@@ -128,14 +128,16 @@ private:
     std::vector<ShRadiance> got, exact;
   };
   SkyError judge_sky(std::size_t sky, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
-                     NearLight& near) const;
+                     std::span<const FirstReflection::Exchange> surfaces, NearLight& near) const;
   double judge_standing(const NearLight& light, const NearLight& uniform, float sky_part) const;
   std::vector<RoomError> judge_rooms(const NearLight& light, const NearLight& uniform, float sky_part) const;
   void judge_points(std::span<const ShRadiance> got, const PointTruth& truth, SkyError& error) const;
   void judge_probes(const LightField& field, const Column& exact_at_probes, std::span<const std::size_t> probes,
                     const PointTruth& truth, SkyError& error) const;
+  std::vector<FirstReflection::Exchange> near_surfaces(const SentLight& sent) const;
   std::vector<ShRadiance> light_at_points(std::size_t sky, const LightField& field, std::span<const Rgb> radiance,
-                                          const SentLight& sent) const;
+                                          const SentLight& sent,
+                                          std::span<const FirstReflection::Exchange> near) const;
   LightFieldSampler sampler_;
   std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;

@@ -160,20 +160,62 @@ ShRadiance FirstReflection::at_probe(std::uint32_t probe, std::span<const Near> 
   return sum;
 }
 
+double FirstReflection::reach(const glm::dvec3& x, std::span<const std::uint32_t> probe) const {
+  double farthest = 0.0;
+  for (const std::uint32_t p : probe)
+    farthest = std::max(farthest, glm::distance(probe_[p], x));
+  return kReach * farthest;
+}
+
 /// N(x) - sum over probes of w_p N_stored(p), N: light of the near elements.
 ShRadiance FirstReflection::correction(const glm::dvec3& x, std::span<const std::uint32_t> probe,
                                        std::span<const float> weight, std::span<const Rgb> stored,
                                        const RadianceAt& actual) const {
-  double farthest = 0.0;
-  for (const std::uint32_t p : probe)
-    farthest = std::max(farthest, glm::distance(probe_[p], x));
-  const std::vector<Near> list = near(x, kReach * farthest, stored);
+  const std::vector<Near> list = near(x, reach(x, probe), stored);
   if (list.empty())
     return {};
   ShRadiance sum = gather(x, list, actual);
   for (std::size_t k = 0; k < probe.size(); ++k)
     add_probe(
         probe[k], -weight[k], list, [&](std::size_t s, const glm::dvec3&) { return stored[s]; }, sum);
+  return sum;
+}
+
+FirstReflection::Exchange FirstReflection::exchange(const glm::dvec3& x, std::span<const std::uint32_t> probe,
+                                                    std::span<const float> weight, std::span<const Rgb> lit) const {
+  const auto one = [](std::size_t, const glm::dvec3&) { return Rgb(1.0f); };
+  const auto keep = [](std::uint32_t element, const ShRadiance& light, std::vector<Exchange::ToPoint>& list) {
+    Exchange::ToPoint kept{element, {}, {}};
+    for (std::size_t k = 0; k < 9; ++k) {
+      kept.nine[k] = light.nine[k].r;
+      kept.band4[k] = light.band4[k].r;
+    }
+    if (kept.nine[0] != 0.0f)
+      list.push_back(kept);
+  };
+  Exchange made;
+  for (const Near& n : near(x, reach(x, probe), lit)) {
+    keep(n.element, gather(x, {&n, 1}, one), made.here);
+    ShRadiance between;
+    for (std::size_t k = 0; k < probe.size(); ++k)
+      add_probe(probe[k], weight[k], {&n, 1}, one, between);
+    keep(n.element, between, made.probes);
+  }
+  return made;
+}
+
+ShRadiance FirstReflection::correction(const Exchange& exchange, std::span<const Rgb> stored,
+                                       std::span<const Rgb> actual) {
+  ShRadiance sum;
+  const auto add_all = [&](const std::vector<Exchange::ToPoint>& list, std::span<const Rgb> radiance, float sign) {
+    for (const Exchange::ToPoint& e : list)
+      for (std::size_t k = 0; k < 9; ++k) {
+        sum.nine[k] += sign * e.nine[k] * radiance[e.element];
+        sum.band4[k] += sign * e.band4[k] * radiance[e.element];
+      }
+  };
+  add_all(exchange.here, actual, 1.0f);
+  add_all(exchange.probes, stored, -1.0f);
   return sum;
 }
 

@@ -58,8 +58,23 @@ public:
                                       const glm::dvec3& world_point, std::span<const Rgb> stored,
                                       const RadianceAt& actual) const;
 
+  /// What the elements near a point send, of radiance 1: for the light of many skies there.
+  struct Exchange {
+    struct ToPoint {
+      std::uint32_t element;
+      std::array<float, 9> nine, band4;
+    };
+    std::vector<ToPoint> here, probes; ///< to the point; to the probes around it, interpolated there
+  };
+  /// Of the elements on which `lit` is not 0. `weight`: of probes of the volume. Thread-safe.
+  Exchange exchange(const glm::dvec3& world_point, std::span<const std::uint32_t> probe, std::span<const float> weight,
+                    std::span<const Rgb> lit) const;
+  /// As above, of elements that are lit evenly.
+  static ShRadiance correction(const Exchange& exchange, std::span<const Rgb> stored, std::span<const Rgb> actual);
+
 private:
   explicit FirstReflection(const RayScene& scene) : scene_(&scene) {}
+  double reach(const glm::dvec3& point, std::span<const std::uint32_t> probe) const;
   ShRadiance gather(const glm::dvec3& point, std::span<const Near> list, const RadianceAt& radiance) const;
   void add_probe(std::uint32_t probe, float weight, std::span<const Near> list, const RadianceAt& radiance,
                  ShRadiance& sum) const;

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/sky/sun.h"
@@ -29,53 +30,58 @@ Result<IndirectLight> IndirectLight::make(const BasisVolume& volume, const RaySc
   if (!sampler)
     return sampler.error();
   IndirectLight light(volume, scene, std::move(*sampler));
-  light.field_ = combine(volume, region_radiance(sky, volume.partition), ShOrder::fourth);
-  if (const std::optional<SunDisc> sun = small_sun(sky))
-    light.add_sun(*sun);
+  const std::vector<Rgb> radiance = region_radiance(sky, volume.partition);
+  light.field_ = combine(volume, radiance, ShOrder::fourth);
+  light.add_surfaces(radiance, small_sun(sky));
   return light;
 }
 
-/// The sun alone in the nodes gives what the volume holds of its first reflection.
-void IndirectLight::add_sun(const SunDisc& sun) {
-  std::optional<FirstReflection> surfaces = FirstReflection::make(*volume_, *scene_);
-  if (!surfaces)
+void IndirectLight::add_surfaces(std::span<const Rgb> node_radiance, const std::optional<SunDisc>& sun) {
+  std::optional<FirstReflection> elements = FirstReflection::make(*volume_, *scene_);
+  if (!elements)
     return;
-  SunPatch patch{std::move(*surfaces),
-                 ApertureCrossings(volume_->apertures),
-                 disc_points(sun, kSunPoints),
-                 sun.normal_irradiance,
-                 {}};
-  std::vector<Rgb> node(static_cast<std::size_t>(volume_->partition.size()), Rgb(0.0f));
-  for (const glm::dvec3& d : patch.direction)
-    for (const RegionWeight& w : volume_->partition.interpolation(d))
-      node[static_cast<std::size_t>(w.region)] +=
-          static_cast<float>(w.weight / volume_->partition.solid_angle_sr(w.region) / kSunPoints) *
-          sun.normal_irradiance;
-  patch.stored = patch.surfaces.radiance(node);
-  sun_ = std::make_shared<const SunPatch>(std::move(patch));
+  LitSurfaces lit{std::move(*elements), ApertureCrossings(volume_->apertures), {}, {}, {}, {}, Rgb(0.0f)};
+  lit.stored = lit.from_sky = lit.elements.radiance(node_radiance);
+  if (sun) {
+    lit.direction = disc_points(*sun, kSunPoints);
+    lit.normal_irradiance = sun->normal_irradiance;
+    std::vector<Rgb> node(node_radiance.size(), Rgb(0.0f));
+    for (const glm::dvec3& d : lit.direction)
+      for (const RegionWeight& w : volume_->partition.interpolation(d))
+        node[static_cast<std::size_t>(w.region)] +=
+            static_cast<float>(w.weight / volume_->partition.solid_angle_sr(w.region) / kSunPoints) *
+            sun->normal_irradiance;
+    const std::vector<Rgb> of_sun = lit.elements.radiance(node);
+    for (std::size_t e = 0; e < of_sun.size(); ++e)
+      lit.from_sky[e] = glm::max(lit.stored[e] - of_sun[e], Rgb(0.0f));
+  }
+  lit.varying = LinearRadiance(lit.elements.elements(), lit.from_sky);
+  lit_ = std::make_shared<const LitSurfaces>(std::move(lit));
 }
 
-/// L = reflectance E / pi, mean of cos T over the sun's points that are seen, T: panes on the way.
-Rgb IndirectLight::sunlit(const SunPatch& patch, std::size_t element, const glm::dvec3& point) const {
+/// L = L_sky + reflectance E / pi, E: mean of cos T over the sun's points that are seen, T: panes on the way.
+Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const glm::dvec3& point) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
-  const FirstReflection::Element& e = patch.surfaces.elements()[element];
+  const FirstReflection::Element& e = lit.elements.elements()[element];
+  if (lit.stored[element] == lit.from_sky[element])
+    return lit.varying.at(element, e, point);
   const glm::dvec3 from = point + 4.0 * static_cast<double>(scene_->surface_offset()) * e.normal;
   Rgb sum(0.0f);
-  for (std::size_t k = choice(point, kStep); k < patch.direction.size(); k += kStep) {
-    const glm::dvec3& d = patch.direction[k];
+  for (std::size_t k = choice(point, kStep); k < lit.direction.size(); k += kStep) {
+    const glm::dvec3& d = lit.direction[k];
     const double cosine = glm::dot(d, e.normal);
     if (cosine > 0.0 && !scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
-      sum += static_cast<float>(cosine) * patch.crossings.met(from, d, kFar).transmittance;
+      sum += static_cast<float>(cosine) * lit.crossings.met(from, d, kFar).transmittance;
   }
-  return sum * e.reflectance * patch.normal_irradiance *
-         (static_cast<float>(kStep) / static_cast<float>(patch.direction.size()) / std::numbers::pi_v<float>);
+  return lit.varying.at(element, e, point) + sum * e.reflectance * lit.normal_irradiance *
+                                     (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {
-  if (!sun_)
+  if (!lit_)
     return sampler_.sample_all(field_, p);
-  return sun_->surfaces.corrected(sampler_, field_, p, sun_->stored,
-                                  [&](std::size_t element, const glm::dvec3& y) { return sunlit(*sun_, element, y); });
+  return lit_->elements.corrected(sampler_, field_, p, lit_->stored,
+                                  [&](std::size_t element, const glm::dvec3& y) { return sent(*lit_, element, y); });
 }
 
 } // namespace daylit

@@ -10,6 +10,7 @@
 #include "scene/room/aperture.h"
 #include "scene/sky/sky.h"
 #include "scene/volume/first_reflection.h"
+#include "scene/volume/linear_radiance.h"
 
 namespace daylit {
 
@@ -23,24 +24,25 @@ public:
   std::optional<ShRadiance> at(const glm::dvec3& world_point) const;
 
 private:
-  /// The sun, and what it does to the elements of the volume.
-  struct SunPatch {
-    FirstReflection surfaces;
+  /// The elements of the volume, and what sky and sun do to them.
+  struct LitSurfaces {
+    FirstReflection elements;
     ApertureCrossings crossings;
-    std::vector<glm::dvec3> direction; ///< points of its disc
+    std::vector<Rgb> stored, from_sky; ///< radiance of each element, with the sun and without
+    LinearRadiance varying;            ///< the latter
+    std::vector<glm::dvec3> direction; ///< points of the sun's disc; empty: no small sun
     Rgb normal_irradiance{0.0f};
-    std::vector<Rgb> stored; ///< radiance of each element
   };
   IndirectLight(const BasisVolume& volume, const RayScene& scene, LightFieldSampler sampler)
       : volume_(&volume), scene_(&scene), sampler_(std::move(sampler)) {}
-  void add_sun(const SunDisc& sun);
-  Rgb sunlit(const SunPatch& patch, std::size_t element, const glm::dvec3& point) const;
+  void add_surfaces(std::span<const Rgb> node_radiance, const std::optional<SunDisc>& sun);
+  Rgb sent(const LitSurfaces& lit, std::size_t element, const glm::dvec3& point) const;
 
   const BasisVolume* volume_;
   const RayScene* scene_;
   LightFieldSampler sampler_;
   LightField field_;
-  std::shared_ptr<const SunPatch> sun_; ///< null: none, or the volume does not name its elements
+  std::shared_ptr<const LitSurfaces> lit_; ///< null: the volume does not name its elements
 };
 
 } // namespace daylit
