@@ -136,8 +136,7 @@ private:
                     const PointTruth& truth, SkyError& error) const;
   std::vector<FirstReflection::Exchange> near_surfaces(const SentLight& sent) const;
   std::vector<ShRadiance> light_at_points(std::size_t sky, const LightField& field, std::span<const Rgb> radiance,
-                                          const SentLight& sent,
-                                          std::span<const FirstReflection::Exchange> near) const;
+                                          const SentLight& sent, std::span<const FirstReflection::Exchange> near) const;
   LightFieldSampler sampler_;
   std::vector<InterpolatedProbe> interpolated_;
   std::vector<glm::dvec3> points_;

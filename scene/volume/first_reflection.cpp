@@ -21,7 +21,7 @@ using Element = FirstReflection::Element;
 constexpr double kFine = 0.5;  ///< longest edge of a piece, of its distance
 constexpr int kMostCuts = 9;   ///< of an edge: a point may lie on the surface
 constexpr double kReach = 2.0; ///< of the distance of the probes: light from further away is linear between them
-constexpr double kSizes = 4.0; ///< of the radius of an element: from further away its mean light is enough
+constexpr double kSizes = 6.0; ///< of the radius of an element: from further away its mean light is enough
 
 double longest_edge(const Triangle& t) {
   return std::max({glm::distance(t[0], t[1]), glm::distance(t[1], t[2]), glm::distance(t[2], t[0])});

@@ -1,10 +1,10 @@
 #pragma once
 
-// What the surfaces near a point send it of the light that they receive straight from the sky. Beside a sun patch this
-// changes within centimetres: more than probes, sky nodes and the mean light of an element can tell. A compact basis
-// names its elements, so that their light can be taken out between the probes around a point, and put in again as it is
-// at the point (final gathering of the first bounce near by: Cohen & Wallace 1993, ch. 10.3; Ward et al. 1988 keep
-// near and distant light apart for the same reason).
+// What the surfaces near a point send it of the light that they receive straight from the sky. Beside a sun patch, a
+// sill or a table by the window this changes within centimetres: more than probes, sky nodes and the mean light of an
+// element can tell. A compact basis names its elements, so that their light can be taken out between the probes around
+// a point, and put in again as it is at the point (final gathering of the first bounce near by: Cohen & Wallace 1993,
+// ch. 10.3; Ward et al. 1988 keep near and distant light apart for the same reason).
 
 #include <array>
 #include <cstdint>
@@ -48,7 +48,7 @@ public:
     std::uint32_t element;
     float weight;
   };
-  /// Those on which `stored` is not 0, with weight 1 up to half of the reach, and of four of their radii, from the
+  /// Those on which `stored` is not 0, with weight 1 up to half of the reach, and of six of their radii, from the
   /// point, falling smoothly to 0 at its end.
   std::vector<Near> near(const glm::dvec3& point, double reach_m, std::span<const Rgb> stored) const;
   /// What these send to a probe of the volume, of light `stored`, times their weights.

@@ -73,8 +73,9 @@ Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const glm::
     if (cosine > 0.0 && !scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
       sum += static_cast<float>(cosine) * lit.crossings.met(from, d, kFar).transmittance;
   }
-  return lit.varying.at(element, e, point) + sum * e.reflectance * lit.normal_irradiance *
-                                     (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
+  return lit.varying.at(element, e, point) +
+         sum * e.reflectance * lit.normal_irradiance *
+             (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {

@@ -1,7 +1,7 @@
 #pragma once
 
-// The indirect light of a volume under one sky, at any point: interpolated between the probes, and close to a sun patch
-// corrected by the patch itself.
+// The indirect light of a volume under one sky, at any point: interpolated between the probes, and corrected by what
+// the surfaces near the point send it of sky and sun.
 
 #include <memory>
 #include <optional>

@@ -107,6 +107,24 @@ TEST(FirstReflection, an_interpolated_probe_has_the_light_of_those_beside_it) {
     EXPECT_NEAR(between[k].g, beside[k].g, 1e-5f) << k;
 }
 
+TEST(FirstReflection, an_exchange_gives_the_correction_of_elements_that_are_lit_evenly) {
+  const Sheet sheet;
+  const auto surfaces = FirstReflection::make(sheet.volume, sheet.scene);
+  const std::array<std::uint32_t, 3> probe{1, 2, 3};
+  const std::array<float, 3> weight{0.5f, 0.2f, 0.3f};
+  const std::vector<Rgb> stored{Rgb(2.0f, 1.0f, 0.5f), Rgb(5.0f, 6.0f, 7.0f)}, actual{Rgb(3.0f), Rgb(1.0f, 2.0f, 4.0f)};
+  const ShRadiance wanted =
+      surfaces->correction(kAbove, probe, weight, stored, [&](std::size_t e, const glm::dvec3&) { return actual[e]; });
+  const auto exchange = surfaces->exchange(kAbove, probe, weight, stored);
+  const ShRadiance got = FirstReflection::correction(exchange, stored, actual);
+  EXPECT_GT(std::abs(wanted.nine[0].g), 0.1f);
+  for (std::size_t k = 0; k < 9; ++k)
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(got.nine[k][c], wanted.nine[k][c], 1e-4f) << k;
+      EXPECT_NEAR(got.band4[k][c], wanted.band4[k][c], 1e-4f) << k;
+    }
+}
+
 TEST(FirstReflection, radiance_of_an_element_is_reflectance_times_its_irradiance_over_pi) {
   const Sheet sheet;
   const std::vector<Rgb> light =

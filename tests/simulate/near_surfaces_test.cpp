@@ -1,0 +1,174 @@
+// Indirect light close to surfaces that sky or sun light: volume of the program at its defaults against path tracing.
+
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "scene/room/room_formats.h"
+#include "scene/sky/sky_description.h"
+#include "scene/volume/indirect_light.h"
+#include "scene/volume/volume_file.h"
+#include "simulate/irradiance.h"
+
+namespace daylit {
+namespace {
+
+/// 3 x 4 x 2.6 m with an opening of 1 x 1 m in the wall y = 4, and a shelf of 0.6 m before the wall x = 0.
+const char* const kRoom = R"(mtllib room.mtl
+v 0 0 0
+v 3 0 0
+v 3 4 0
+v 0 4 0
+v 0 0 2.6
+v 3 0 2.6
+v 3 4 2.6
+v 0 4 2.6
+v 1 4 1
+v 2 4 1
+v 2 4 2
+v 1 4 2
+v 0 1 0.6
+v 0.5 1 0.6
+v 0.5 3 0.6
+v 0 3 0.6
+usemtl floor
+f 1 2 3 4
+usemtl wall
+f 5 8 7 6
+f 1 5 6 2
+f 2 6 7 3
+f 1 4 8 5
+f 3 7 11 10
+f 7 8 12 11
+f 8 4 9 12
+f 4 3 10 9
+f 13 14 15 16
+)";
+
+/// The same with the pane 0.3 m further out, between white reveals.
+const char* const kReveals = R"(v 1 4.3 1
+v 2 4.3 1
+v 2 4.3 2
+v 1 4.3 2
+usemtl white
+f 9 10 18 17
+f 10 11 19 18
+f 11 12 20 19
+f 12 9 17 20
+usemtl window
+f 17 18 19 20
+)";
+
+struct Baked {
+  BasisVolume volume;
+  Sky sky;
+};
+
+/// By the program, in a folder of this process, under a uniform sky and a sun at 40 degrees before the window.
+Result<Baked> bake(const std::string& room, float zenith_radiance, float sun) {
+  const std::string folder = ::testing::TempDir() + "sun_patch_" + std::to_string(::getpid());
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder + "/room.obj") << room;
+  std::ofstream(folder + "/room.mtl") << "newmtl floor\nKd 0.4 0.3 0.2\nnewmtl wall\nKd 0.7 0.7 0.6\nnewmtl white\nKd "
+                                         "0.8 0.8 0.8\nnewmtl window\nKd 0 0 0\n";
+  std::ofstream(folder + "/sky.toml") << "[sky]\nmodel = \"uniform\"\nzenith_radiance = " << zenith_radiance
+                                      << "\nground_albedo = 0\nsun = { azimuth = 100, elevation = 40, "
+                                         "normal_irradiance = "
+                                      << sun << " }\n";
+  const std::string command =
+      DAYLIT_BINARY_DIR "/bin/daylit-precompute '" + folder + "/room.obj' -o '" + folder + "/room.volume' --quiet";
+  if (std::system(command.c_str()) != 0)
+    return Error{ErrorCode::io, "daylit-precompute failed", folder, ""};
+  auto volume = read_volume(folder + "/room.volume");
+  auto sky = open_sky({.file = folder + "/sky.toml"});
+  std::filesystem::remove_all(folder);
+  if (!volume)
+    return volume.error();
+  if (!sky)
+    return sky.error();
+  return Baked{std::move(*volume), std::move(sky->sky)};
+}
+
+/// 1 to 8 cm above the floor, around the patch's edges and in it.
+std::vector<glm::dvec3> points_by_the_patch(const glm::dvec3& sun) {
+  std::vector<glm::dvec3> points;
+  const glm::dvec3 to_floor = -sun / sun.z;
+  int k = 0;
+  for (const glm::dvec3& on_window : {glm::dvec3(1, 4, 1.5), {2, 4, 1.5}, {1.5, 4, 1}, {1.5, 4, 2}})
+    for (const double aside : {-0.12, -0.04, 0.05, 0.15}) {
+      const glm::dvec3 edge = on_window + on_window.z * to_floor, middle = glm::dvec3(1.5, 4, 1.5) + 1.5 * to_floor;
+      const glm::dvec3 out = (edge - middle) / std::hypot(edge.x - middle.x, edge.y - middle.y);
+      points.push_back(edge + aside * out + glm::dvec3(0, 0, 0.01 + 0.01 * (k++ % 8)));
+    }
+  return points;
+}
+
+/// 5 to 40 cm before the pane's opening and its edges.
+std::vector<glm::dvec3> points_before_the_window() {
+  std::vector<glm::dvec3> points;
+  int k = 0;
+  for (const double x : {0.95, 1.1, 1.5, 1.9, 2.05})
+    for (const double z : {0.95, 1.1, 1.9, 2.05})
+      points.emplace_back(x, 3.95 - 0.05 * (k++ % 8), z);
+  return points;
+}
+
+/// Squared error of irradiance on six axes, and squared truth.
+struct Errors {
+  double corrected = 0, interpolated = 0, power = 0;
+};
+
+Errors errors_at(const std::vector<glm::dvec3>& points, const Baked& baked, float zenith_radiance) {
+  Errors errors;
+  const auto rays = RayScene::build(baked.volume.room);
+  const auto light = IndirectLight::make(baked.volume, *rays, baked.sky);
+  const auto sampler = LightFieldSampler::make(baked.volume);
+  const LightField field = combine(baked.volume, region_radiance(baked.sky, baked.volume.partition), ShOrder::fourth);
+  std::vector<Receiver> receivers;
+  for (const glm::dvec3& p : points)
+    for (int axis = 0; axis < 6; ++axis) {
+      glm::dvec3 n(0.0);
+      n[axis / 2] = axis % 2 == 0 ? 1.0 : -1.0;
+      receivers.push_back({p, n});
+    }
+  SkyModel model;
+  model.kind = SkyModel::Kind::uniform;
+  model.zenith_radiance = Rgb(zenith_radiance);
+  model.ground_albedo = 0.0f;
+  if (baked.sky.sun())
+    model.sun = *baked.sky.sun();
+  const auto scene = TraceScene::make(baked.volume.room, baked.volume.apertures, SkyLight(model));
+  const auto truth = trace_irradiance(*scene, receivers, {.samples = 8192});
+  for (std::size_t i = 0; i < receivers.size(); ++i) {
+    const glm::vec3 n(receivers[i].normal);
+    const double t = static_cast<double>((*truth)[i].value.g);
+    const auto at = light->at(receivers[i].position);
+    const auto plain = sampler->sample_all(field, receivers[i].position);
+    errors.corrected += std::pow(static_cast<double>(irradiance(at.value(), n).g) - t, 2);
+    errors.interpolated += std::pow(static_cast<double>(irradiance(plain.value(), n).g) - t, 2);
+    errors.power += t * t;
+  }
+  std::printf("%.2f %%, interpolated alone %.2f %%\n", 100 * std::sqrt(errors.corrected / errors.power),
+              100 * std::sqrt(errors.interpolated / errors.power));
+  return errors;
+}
+
+TEST(NearSurfaces, light_within_15_cm_of_a_sun_patch_errs_by_a_third_of_what_interpolation_does) {
+  const auto baked = bake(std::string(kRoom) + "usemtl window\nf 9 10 11 12\n", 0.001f, 100.0f);
+  ASSERT_TRUE(baked) << baked.error().message();
+  const Errors errors = errors_at(points_by_the_patch(baked->sky.sun()->direction), *baked, 0.001f);
+  EXPECT_LT(3.0 * std::sqrt(errors.corrected), std::sqrt(errors.interpolated)); // 5.8 and 23.4 %
+}
+
+TEST(NearSurfaces, light_before_reveals_under_a_smooth_sky_errs_by_six_tenths_of_what_interpolation_does) {
+  const auto baked = bake(std::string(kRoom) + kReveals, 10.0f, 0.0f);
+  ASSERT_TRUE(baked) << baked.error().message();
+  const Errors errors = errors_at(points_before_the_window(), *baked, 10.0f);
+  EXPECT_LT(std::sqrt(errors.corrected), 0.6 * std::sqrt(errors.interpolated)); // 7.2 and 13.9 %
+}
+
+} // namespace
+} // namespace daylit
