@@ -90,6 +90,8 @@ public:
     root.finish();
     if (auto error = file->error())
       return *error;
+    if (lobes.empty())
+      soup_.surfaces.note(path_.string() + " has no [[lobe]]");
     for (const auto& [given, name] : lobes)
       for (std::size_t k = 0; k < soup_.surfaces.materials.size(); ++k)
         if (name.empty() || soup_.surfaces.materials[k].name == name)

@@ -1,7 +1,12 @@
+#include <algorithm>
 #include <map>
+#include <span>
 #include <system_error>
 #include <tuple>
+#include <vector>
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 
 #include "scene/core/read_file.h"
@@ -13,18 +18,23 @@ namespace daylit::detail {
 
 namespace {
 
-constexpr std::size_t kMostLibraryBytes = std::size_t{1} << 24;
+constexpr std::size_t kMostLibraryBytes = std::size_t{1} << 24, kMostNamed = 5;
+
+struct Materials {
+  std::map<std::string, MtlMaterial> of;
+  bool complete = true; ///< every file is there
+};
 
 /// Materials of the MTL files beside the OBJ, by name; the first of a name counts. A missing file has none, and is
 /// noted.
-Result<std::map<std::string, MtlMaterial>> read_libraries(const ObjText& obj, const std::filesystem::path& folder,
-                                                          SurfaceList& list) {
-  std::map<std::string, MtlMaterial> all;
+Result<Materials> read_libraries(const ObjText& obj, const std::filesystem::path& folder, SurfaceList& list) {
+  Materials all;
   for (const std::string& library : obj.libraries) {
     std::error_code failed;
     const std::filesystem::path file = folder / library;
     if (!std::filesystem::is_regular_file(file, failed)) {
       list.note(file.string() + " is not there: its materials are diffuse");
+      all.complete = false;
       continue;
     }
     const auto bytes = read_whole_file(file, kMostLibraryBytes);
@@ -34,7 +44,7 @@ Result<std::map<std::string, MtlMaterial>> read_libraries(const ObjText& obj, co
     if (!materials)
       return materials.error();
     for (MtlMaterial& m : *materials)
-      all.try_emplace(m.name, std::move(m));
+      all.of.try_emplace(m.name, std::move(m));
   }
   return all;
 }
@@ -48,14 +58,15 @@ public:
     if (!materials)
       return materials.error();
     for (const std::string& name : obj_.material_names) {
-      const auto material = materials->find(name);
-      const auto surface = material == materials->end()
+      const auto material = materials->of.find(name);
+      const auto surface = material == materials->of.end()
                                ? soup_.surfaces.add({.name = name, .base_colour = fallback}, path_.string())
                                : surface_of(material->second, fallback);
       if (!surface)
         return surface.error();
       surfaces_.push_back(*surface);
     }
+    note_unknown(*materials);
     soup_.positions.assign(obj_.vertices.begin(), obj_.vertices.end());
     soup_.normals.assign(obj_.normals.begin(), obj_.normals.end());
     for (const ObjFace& face : obj_.faces)
@@ -65,6 +76,17 @@ public:
   }
 
 private:
+  void note_unknown(const Materials& known) {
+    std::vector<std::string> unknown;
+    for (const std::string& name : obj_.material_names)
+      if (known.complete && !name.empty() && !known.of.contains(name))
+        unknown.push_back(fmt::format("\"{}\"", name));
+    if (!unknown.empty())
+      soup_.surfaces.note(fmt::format("{}: in no material file: {}{}; diffuse", path_.string(),
+                                      fmt::join(std::span(unknown).first(std::min(unknown.size(), kMostNamed)), ", "),
+                                      unknown.size() > kMostNamed ? ", ..." : ""));
+  }
+
   Result<std::uint32_t> surface_of(const MtlMaterial& mtl, Rgb fallback) {
     const std::string where = path_.string() + ", material " + mtl.name;
     auto m = material_from_mtl(mtl, fallback, where);

@@ -51,6 +51,14 @@ TEST_F(LobeFile, a_model_without_one_has_no_lobe) {
   EXPECT_FALSE(mesh->materials[0].lobe);
 }
 
+TEST_F(LobeFile, one_without_a_lobe_is_said) {
+  write("s.lobes.toml", "");
+  std::vector<std::string> notes;
+  ASSERT_TRUE(read_object_mesh(folder_ / "s.obj", Rgb(0.7f), &notes));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("s.lobes.toml has no [[lobe]]"), std::string::npos) << notes[0];
+}
+
 TEST_F(LobeFile, takes_the_place_of_what_mirrors_and_refracts) {
   const auto mesh = read("[[lobe]]\nmaterial = \"paint\"\nspecular = [0.3, 0.2, 0.1]\nc = [-1, -0.5, 0.8]\n"
                          "exponent = 200\ngrazing = 0.4\nfalloff = 3\nrotation = 90\n");

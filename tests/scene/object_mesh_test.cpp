@@ -103,6 +103,19 @@ TEST_F(ObjectMeshFile, a_missing_library_is_said_and_its_materials_are_diffuse) 
   EXPECT_NE(notes[0].find("lost.mtl is not there"), std::string::npos) << notes[0];
 }
 
+TEST_F(ObjectMeshFile, materials_that_no_library_has_are_said_and_diffuse) {
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  write("empty.mtl", "");
+  for (const char* library : {"mtllib empty.mtl\n", ""}) {
+    std::vector<std::string> notes;
+    const auto mesh = read_object_mesh(
+        write("t.obj", library + corners + "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\n"), Rgb(0.7f), &notes);
+    ASSERT_TRUE(mesh) << mesh.error().message();
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("\"red\", \"blue\""), std::string::npos) << notes[0];
+  }
+}
+
 std::string binary_ply(bool big) {
   std::string out = std::string("ply\nformat binary_") + (big ? "big" : "little") +
                     "_endian 1.0\ncomment a square\nelement vertex 4\nproperty float x\nproperty float y\n"
