@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "runtime/session/exchange_series.h"
 #include "runtime/session/stage_clock.h"
 #include "scene/volume/volume_file.h"
 
@@ -53,7 +54,7 @@ void add_emission(const ObjectSurface& surface, float factor, std::span<TwoSided
   }
 }
 
-constexpr int kExchanges = 4;      // between objects and room; what comes back a fourth time cannot be seen
+constexpr int kExchanges = 4;      // between objects and room, at most
 constexpr int kBetweenObjects = 2; // from one object to another: these are further away than the room at the foot
 } // namespace
 
@@ -87,6 +88,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   reflect_within(objects, shadow.direct(), from_room, radiance);
   shadow.set_mirrored({}, windows);
   std::vector<std::array<Rgb, 2>> contact;
+  ExchangeSeries series(radiance, shadow.direct());
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
     shadow.exchange_with_room(!near_sun_.is_known()); // what is near sends no light from where their shadow is
@@ -101,7 +103,10 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
     if (shadow.objects_see_each_other())
       add_exchange(shadow, objects, probes_->contact, contact, from_outside);
     reflect_within(objects, shadow.direct(), from_outside, radiance);
+    if (series.add(radiance))
+      break;
   }
+  radiance = series.limit();
   shadow.set_indirect(radiance);
   return {shadow.sent().begin(), shadow.sent().end()};
 }
