@@ -1,7 +1,10 @@
 #include "runtime/indirect/indirect_shadow.h"
 
+#include <algorithm>
+#include <numbers>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/indirect_feedback.h"
@@ -14,16 +17,62 @@ namespace daylit {
 
 namespace {
 constexpr double kLeastFraction = 0.002; // of the cosine-weighted hemisphere
+// Of the windows' light: an object that takes less dims the room by less than can be seen; one that takes more than the
+// second counts fully.
+constexpr double kLeastTaken = 0.015, kMuchTaken = 0.03;
 } // namespace
+
+/// Of the light that comes in through the windows, about what the parts can take at most: their discs beside the
+/// window and what its light spreads over at their distance, pi r^2 / (A + pi d^2), of the window that gives most.
+static double taken_part(const PlacedParts& parts, std::span<const Aperture> windows) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    const BoundingSphere& sphere = parts.sphere(k);
+    double most = 0.0;
+    for (const Aperture& window : windows) {
+      Bounds box;
+      glm::dvec3 across(0.0);
+      for (std::size_t c = 0; c < window.corners.size(); ++c) {
+        box.include(window.corners[c]);
+        across += 0.5 * glm::cross(window.corners[c], window.corners[(c + 1) % window.corners.size()]);
+      }
+      const double d = glm::distance(sphere.centre, glm::clamp(sphere.centre, box.min, box.max));
+      most = std::max(most, sphere.radius * sphere.radius / (glm::length(across) / std::numbers::pi + d * d));
+    }
+    sum += most;
+  }
+  return sum;
+}
 
 struct IndirectShadow::State : LitScene {
   ReceiverLattice receivers{*this};
   IndirectFeedback indirect_feedback{*this, receivers};
   OtherObjects other_objects{rays, patches, windows};
   SunlitCorrection correction;
+  double dimming = 0.0; ///< part of the dimming that counts
+  std::vector<RoomPatch*> dimmed;
+  std::vector<ReceiverLattice::Link> dimmed_at; ///< of each
   std::vector<TwoSided> direct; ///< radiance of the objects' vertices that does not come from the room
   std::uint64_t sky_version = 0;
   using LitScene::LitScene;
+
+  /// After the parts moved.
+  void find_dimmed() {
+    dimmed.clear();
+    dimmed_at.clear();
+    lamps.forget_changes();
+    dimming = glm::smoothstep(kLeastTaken, kMuchTaken, taken_part(parts, windows.apertures()));
+    if (dimming == 0.0)
+      return;
+    for (RoomPatch* patch : lamps.find_seen_by_parts()) {
+      const glm::dvec3 x = patch->point + kAirGap_m * patch->normal;
+      RayHit hit;
+      if (!rays.closest(rays.to_local(x), glm::vec3(-patch->normal), 0.0f, 2.0f * static_cast<float>(kAirGap_m), hit))
+        continue;
+      dimmed.push_back(patch);
+      dimmed_at.push_back(receivers.link(hit.triangle, patch->point, -patch->normal, kFeedbackRadii));
+    }
+  }
 };
 
 IndirectShadow::IndirectShadow(const Room& room, const RayScene& room_rays, std::span<const Aperture> apertures,
@@ -39,6 +88,22 @@ void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   s.receivers.objects_moved();
   s.indirect_feedback.objects_moved();
   s.other_objects.set_objects(s.parts);
+  s.find_dimmed();
+}
+
+bool IndirectShadow::dims_room() const { return state_->dimming > 0.0; }
+
+/// Delta E of each patch, direct light included.
+void IndirectShadow::find_dimming() {
+  State& s = *state_;
+  std::vector<Rgb> changes(s.dimmed.size(), Rgb(0.0f));
+  parallel_for(tbb::blocked_range<std::size_t>(0, changes.size(), 16), [&](const auto& range) {
+    for (std::size_t k = range.begin(); k != range.end(); ++k)
+      for (std::size_t j = 0; j < 4; ++j)
+        if (const float w = s.dimmed_at[k].weight[j]; w > 0.0f)
+          changes[k] += static_cast<float>(s.dimming) * w * s.receivers.whole_change(*s.dimmed_at[k].node[j], true);
+  });
+  s.lamps.set_changes(s.dimmed, changes);
 }
 
 void IndirectShadow::set_lamps(const ObjectSurface& surface) { state_->lamps.set_lamps(surface); }

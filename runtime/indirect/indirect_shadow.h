@@ -41,8 +41,12 @@ public:
   /// it.
   void set_lamps(const ObjectSurface& surface);
   bool has_lamps() const;
-  /// Nine coefficients of that light, reflected by the room, at a world point of a part: LampLight::at_part(). Zero
-  /// without lamps.
+  /// The objects are so large, or stand so near to a window, that the whole room is darker for them.
+  bool dims_room() const;
+  /// Then, after set_indirect(): how much darker; it is part of lamp_light() and at().
+  void find_dimming();
+  /// Nine coefficients of that light, reflected by the room, and of the light that the room lacks, at a world point of
+  /// a part: LampLight::at_part().
   Sh9Rgb lamp_light(std::size_t part, const glm::dvec3& x) const;
   /// The light of a sky; room_light must hold the same sky's, and `pyramid` lives until the next. Equal versions mean
   /// the same sky: then only objects moved since the last call. 0: another sky.
@@ -88,8 +92,7 @@ public:
   /// From a world point to the nearest surface of an object, or the limit.
   double distance_to_objects(const glm::dvec3& x, double limit_m) const;
 
-  /// False where no object covers more than 1/500 of what x sees; lamps reach everywhere. `direction`: of a ray that
-  /// meets x.
+  /// False where no object covers more than 1/500 of what x sees; lamps, and what dims the room, reach everywhere.
   bool affects(const glm::dvec3& x) const;
   /// So close to an object that its effect may be narrower than a few of its cells further away.
   bool near(const glm::dvec3& x) const;

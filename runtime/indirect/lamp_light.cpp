@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::size_t kShotPoints = 1024, kShotsEach = 16; // on both sides of the lamps' surfaces
 constexpr int kPatchRays = 256;                            // from each patch
+constexpr int kSeenRays = 512;                             // up and down from each part
 constexpr std::size_t kMostPatches = 8192;                 // a building: those nearest to the lamps by reflections
 constexpr int kBounces = 64;
 constexpr float kSettled = 1e-3f; // of the brightest patch
@@ -71,7 +72,7 @@ std::vector<ShotPoint> shot_points(const ObjectSurface& surface) {
 std::size_t LampLight::number_of(RoomPatch* patch) {
   const auto [entry, made] = number_.emplace(patch, known_.size());
   if (made)
-    known_.push_back({patch, static_cast<float>(patches_.area_m2(*patch)), {}});
+    known_.push_back({patch, static_cast<float>(patches_.area_m2(*patch)), Rgb(0.0f), {}});
   return entry->second;
 }
 
@@ -100,8 +101,34 @@ void LampLight::shoot(const ObjectSurface& surface) {
   });
   for (const std::vector<Landed>& of_point : landed)
     for (const Landed& l : of_point)
-      if (const Known& known = known_[number_of(l.patch)]; known.area_m2 > 0.0f)
-        l.patch->lamp_first += l.power / known.area_m2;
+      if (Known& known = known_[number_of(l.patch)]; known.area_m2 > 0.0f)
+        known.lamp += l.power / known.area_m2;
+}
+
+/// By rays to all sides from the middles of the parts.
+std::vector<RoomPatch*> LampLight::find_seen_by_parts() {
+  static const DirectionPattern pattern(kSeenRays);
+  changes_ = true;
+  std::vector<RoomPatch*> seen;
+  for (std::size_t k = 0; k < parts_.size(); ++k)
+    for (const double side : {1.0, -1.0})
+      look_around(rays_, parts_.sphere(k).centre, glm::dvec3(0.0, 0.0, side), pattern,
+                  [&](std::uint32_t triangle, const glm::dvec3& position, const glm::dvec3& w) {
+                    RoomPatch* patch = patches_.at(triangle, position, w);
+                    const std::size_t before = known_.size();
+                    if (patch->lit && (number_of(patch) == before || std::ranges::find(seen, patch) == seen.end()))
+                      seen.push_back(patch);
+                  });
+  find_all();
+  return seen;
+}
+
+void LampLight::set_changes(std::span<RoomPatch* const> patches, std::span<const Rgb> changes) {
+  for (const Known& k : known_)
+    k.patch->lamp_first = k.lamp;
+  for (std::size_t k = 0; k < patches.size(); ++k)
+    patches[k]->lamp_first += changes[k];
+  solve();
 }
 
 /// What the patches see, what these see, and so on.
@@ -132,7 +159,7 @@ void LampLight::solve() {
     for (std::size_t k = 0; k < known_.size(); ++k) {
       Rgb& later = known_[k].patch->lamp_later;
       change = std::max(change, luminance(glm::abs(next[k] - later)));
-      brightest = std::max(brightest, luminance(next[k]));
+      brightest = std::max(brightest, luminance(glm::abs(next[k])));
       later = next[k];
     }
     if (change <= kSettled * brightest)
@@ -141,14 +168,14 @@ void LampLight::solve() {
 }
 
 void LampLight::set_lamps(const ObjectSurface& surface) {
-  for (const Known& k : known_)
-    k.patch->lamp_first = k.patch->lamp_later = Rgb(0.0f);
-  any_ = std::ranges::any_of(surface.emission, [](const Rgb& e) { return e != Rgb(0.0f); });
-  if (!any_)
+  for (Known& k : known_)
+    k.lamp = k.patch->lamp_first = k.patch->lamp_later = Rgb(0.0f);
+  lamps_ = std::ranges::any_of(surface.emission, [](const Rgb& e) { return e != Rgb(0.0f); });
+  if (!lamps_)
     return;
   shoot(surface);
   find_all();
-  solve();
+  set_changes({}, {});
 }
 
 /// sum cos dw rho / pi (E_later + E_first where it is far).

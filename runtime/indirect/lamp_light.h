@@ -1,10 +1,12 @@
 #pragma once
 
-// Light of virtual objects that shine, once the real room has reflected it: a lamp lights the walls, the walls light
-// each other, the floor and the objects. What the lamp sends straight is receiver.h's.
+// What virtual objects do to the light of the whole room: a lamp lights the walls, the walls light each other, the
+// floor and the objects; and a large dark object, or one that stands before the window, takes light from all of them.
+// What the lamp sends straight, and what an object takes straight from a surface, is receiver.h's.
 //
-// Rays from the lamps carry their power to the patches of the room; from there on E = E_lamp + sum F rho E, solved
-// over all patches (radiosity; Goral et al. 1984). What the objects hide of light between patches is left out.
+// Rays from the lamps carry their power to the patches of the room, and what is taken is told for them; from there on
+// E = E_first + sum F rho E, solved over all patches (radiosity; Goral et al. 1984). What the objects hide of light
+// between patches is left out.
 
 #include <cstddef>
 #include <numbers>
@@ -19,8 +21,8 @@
 
 namespace daylit {
 
-/// Patches that a point sees past the objects. `far`: those in directions where nothing else counts what comes straight
-/// from the lamps and is reflected once.
+/// Patches that a point sees past the objects. `far`: those in directions where nothing else counts what changed
+/// straight there and is reflected once.
 struct LampView {
   std::vector<SeenPatch> all, far;
 };
@@ -33,7 +35,14 @@ public:
 
   /// After the parts moved: `surface`, theirs, world. Without emission nothing is done.
   void set_lamps(const ObjectSurface& surface);
-  bool any() const { return any_; }
+  /// Patches that the parts see, whose light they may change as a whole; before set_lamps().
+  std::vector<RoomPatch*> find_seen_by_parts();
+  void forget_changes() { changes_ = false; }
+  /// What the objects change of the irradiance of patches that find_seen_by_parts() found. Found again from them: what
+  /// all patches receive by way of the room.
+  void set_changes(std::span<RoomPatch* const> patches, std::span<const Rgb> changes);
+  /// There are lamps, or light is taken.
+  bool any() const { return lamps_ || changes_; }
 
   /// Of point x in the air with normal n; is_near(position): somebody else counts light reflected there once.
   template <class Near>
@@ -52,14 +61,15 @@ public:
   }
   /// Irradiance from there, W/m^2.
   static Rgb irradiance(const LampView& view) { return irradiance(view.all, view.far); }
-  /// Nine coefficients of the radiance that arrives at world point x of a part, but of what a lamp's light reflected
-  /// once brings from nearer than IndirectFeedback looks.
+  /// Nine coefficients of the radiance that arrives at world point x of a part, but of what is reflected once nearer
+  /// than IndirectFeedback looks.
   Sh9Rgb at_part(std::size_t part, const glm::dvec3& x) const;
 
 private:
   struct Known {
     RoomPatch* patch = nullptr;
     float area_m2 = 0.0f;
+    Rgb lamp{0.0f}; ///< irradiance straight from the lamps
     std::vector<SeenPatch> around; ///< weights: pi F
   };
   static Rgb irradiance(std::span<const SeenPatch> all, std::span<const SeenPatch> far);
@@ -71,7 +81,7 @@ private:
   const RayScene& rays_;
   const RoomPatches& patches_;
   const PlacedParts& parts_;
-  bool any_ = false;
+  bool lamps_ = false, changes_ = false;
   std::vector<Known> known_; ///< all that light reaches
   std::size_t looked_ = 0;   ///< the first of them know what is around
   std::unordered_map<RoomPatch*, std::size_t> number_;

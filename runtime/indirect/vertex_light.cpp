@@ -226,6 +226,10 @@ std::vector<Sh9Rgb> lamp_light(const IndirectShadow& field, const VirtualObjects
   return light;
 }
 
+void add_change(const VirtualObjects& objects, std::span<const Sh9Rgb> change, std::span<TwoSided> radiance) {
+  for_each_side(objects, [&](const LitSide& side) { side.add_coefficients(change[side.number], radiance); });
+}
+
 /// What the side hides from itself it does not mirror.
 std::vector<std::array<MirroringSide, 2>> mirroring_sides(const IndirectShadow& field, const VirtualObjects& objects,
                                                           std::span<const Sh9Rgb> light, const WindowShares& shares,

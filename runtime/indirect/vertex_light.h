@@ -16,9 +16,11 @@ namespace daylit {
 /// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
 /// coefficients of the sunlit surfaces' light miss.
 void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
-/// What lamps send each sender by way of the room: IndirectShadow::lamp_light(), trilinear in the box of its part.
-/// Empty without lamps.
+/// What lamps send each sender by way of the room, less what the objects take of its light: IndirectShadow::
+/// lamp_light(), trilinear in the box of its part. Empty without both.
 std::vector<Sh9Rgb> lamp_light(const IndirectShadow& field, const VirtualObjects& objects);
+/// Adds what each side reflects of a change of light at its sender.
+void add_change(const VirtualObjects& objects, std::span<const Sh9Rgb> change, std::span<TwoSided> radiance);
 /// Of both sides of each sender: what it sees of the room that objects change. Empty where it sees nearly nothing, or
 /// hides nearly nothing from itself.
 using FeedbackTerms = std::vector<std::array<std::vector<FeedbackTerm>, 2>>;

@@ -62,7 +62,7 @@ constexpr int kBetweenObjects = 2; // from one object to another: these are furt
 /// change the light that they see, and what leaves them changes the room. Without the exchange with the room the sun's
 /// light on the objects is not known at vertices: what they reflect of it from part to part is left out.
 std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const VirtualObjects& objects,
-                                                 std::vector<TwoSided>& radiance, std::span<const Sh9Rgb> light) const {
+                                                 std::vector<TwoSided>& radiance, std::vector<Sh9Rgb>& light) const {
   const ObjectSurface& surface = objects.senders.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
   std::vector<TwoSided> direct =
@@ -91,6 +91,8 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   ExchangeSeries series(radiance, shadow.direct());
   for (int k = 0; k < kExchanges; ++k) {
     shadow.set_indirect(radiance);
+    if (k == 0 && shadow.dims_room())
+      dim(objects, light, from_room);
     shadow.exchange_with_room(!near_sun_.is_known()); // what is near sends no light from where their shadow is
     if (k < kBetweenObjects && shadow.objects_see_each_other()) {
       shadow.exchange();
@@ -109,6 +111,19 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   radiance = series.limit();
   shadow.set_indirect(radiance);
   return {shadow.sent().begin(), shadow.sent().end()};
+}
+
+/// In the place of the lamps' light before anything was dimmed.
+void LightStage::dim(const VirtualObjects& objects, std::vector<Sh9Rgb>& light,
+                     std::vector<TwoSided>& from_room) const {
+  room_.indirect_shadow->find_dimming();
+  std::vector<Sh9Rgb> change = lamp_light(*room_.indirect_shadow, objects);
+  for (std::size_t v = 0; v < change.size(); ++v)
+    for (std::size_t c = 0; c < 9; ++c) {
+      change[v][c] -= probes_->lamps[v][c];
+      light[v][c] += change[v][c];
+    }
+  add_change(objects, change, from_room);
 }
 
 std::vector<Sh9Rgb> LightStage::light_of_room(const SkyStage& sky, const VirtualObjects& objects) {

@@ -51,7 +51,7 @@ struct ObjectsProbes {
   FeedbackTerms feedback;
   ContactViews contact;
   WindowShares windows;
-  std::vector<Sh9Rgb> lamps; ///< what lamps send by way of the room; empty without lamps
+  std::vector<Sh9Rgb> lamps; ///< what lamps send by way of the room; empty without
 };
 
 /// From the light of the sky and the placement of the objects to the light at the objects.
@@ -73,10 +73,11 @@ public:
 private:
   /// At each sender, from the volume and from what the sun lights near the objects.
   std::vector<Sh9Rgb> light_of_room(const SkyStage& sky, const VirtualObjects& objects);
-  /// All that the vertices send; `radiance`, what they reflect of the room's light, becomes what they reflect of all
-  /// that does not come straight from sky and sun.
+  /// All that the vertices send; `radiance`, what they reflect of the room's `light`, becomes what they reflect of all
+  /// that does not come straight from sky and sun. Where the objects dim the room `light` becomes darker, too.
   std::vector<TwoSided> exchange_light(const SkyStage& sky, const VirtualObjects& objects,
-                                       std::vector<TwoSided>& radiance, std::span<const Sh9Rgb> light) const;
+                                       std::vector<TwoSided>& radiance, std::vector<Sh9Rgb>& light) const;
+  void dim(const VirtualObjects& objects, std::vector<Sh9Rgb>& light, std::vector<TwoSided>& from_room) const;
 
   LoadedRoom& room_;
   NearSunlight near_sun_;
