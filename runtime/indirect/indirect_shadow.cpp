@@ -93,15 +93,19 @@ void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
 
 bool IndirectShadow::dims_room() const { return state_->dimming > 0.0; }
 
-/// Delta E of each patch, direct light included.
+/// Delta E of each patch, direct light included, as far as the objects let the patch send it on: what they hide of it
+/// is part of the changes elsewhere.
 void IndirectShadow::find_dimming() {
   State& s = *state_;
   std::vector<Rgb> changes(s.dimmed.size(), Rgb(0.0f));
   parallel_for(tbb::blocked_range<std::size_t>(0, changes.size(), 16), [&](const auto& range) {
     for (std::size_t k = range.begin(); k != range.end(); ++k)
       for (std::size_t j = 0; j < 4; ++j)
-        if (const float w = s.dimmed_at[k].weight[j]; w > 0.0f)
-          changes[k] += static_cast<float>(s.dimming) * w * s.receivers.whole_change(*s.dimmed_at[k].node[j], true);
+        if (const float w = static_cast<float>(s.dimming) * s.dimmed_at[k].weight[j]; w > 0.0f) {
+          ReceiverLattice::Node& node = *s.dimmed_at[k].node[j];
+          const Rgb change = s.receivers.whole_change(node, true);
+          changes[k] += w * (1.0f - ReceiverLattice::covered(node)) * change;
+        }
   });
   s.lamps.set_changes(s.dimmed, changes);
 }

@@ -55,6 +55,8 @@ public:
   Rgb irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Change of the irradiance there, direct light included, that of the sun if `sun_too`.
   Rgb whole_change(Node& node, bool sun_too) const;
+  /// After that: the part of its hemisphere, by the cosine, that objects cover.
+  static float covered(const Node& node);
 
 private:
   struct State;

@@ -1,5 +1,7 @@
 // What is known at a node of the lattice, each value found when it is first asked for.
 
+#include <algorithm>
+#include <numbers>
 #include <utility>
 
 #include "runtime/base/once.h"
@@ -37,6 +39,13 @@ Rgb ReceiverLattice::State::whole_change(Node& node, bool sun_too) const {
   once(node.lost_version, (placement_version << 32) + sky_version, node.renewing,
        [&] { node.lost_sun = scene.lost_sun(node.x, node.n, node.cell_m); });
   return but_sun - node.lost_sun;
+}
+
+float ReceiverLattice::covered(const Node& node) {
+  float sum = 0.0f;
+  for (const Receiver::Sender& s : node.receiver.senders)
+    sum += s.weight;
+  return std::min(sum * std::numbers::inv_pi_v<float>, 1.0f);
 }
 
 std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
