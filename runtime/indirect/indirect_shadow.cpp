@@ -52,7 +52,7 @@ struct IndirectShadow::State : LitScene {
   double dimming = 0.0; ///< part of the dimming that counts
   std::vector<RoomPatch*> dimmed;
   std::vector<ReceiverLattice::Link> dimmed_at; ///< of each
-  std::vector<TwoSided> direct; ///< radiance of the objects' vertices that does not come from the room
+  std::vector<TwoSided> direct;                 ///< radiance of the objects' vertices that does not come from the room
   std::uint64_t sky_version = 0;
   using LitScene::LitScene;
 

@@ -1,4 +1,5 @@
-// A lamp in a closed room that is grey everywhere: what it sends is absorbed by the walls, and by nothing else.
+// A lamp in a closed room that is grey everywhere: what it sends is absorbed by the walls, and by nothing else. And a
+// black ball, which takes its light from all of them.
 
 #include <gtest/gtest.h>
 
@@ -25,28 +26,6 @@ struct LampRoom : Surrounded {
     change.set_lamps(lamp);
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
   }
-  /// Mean of the irradiance over all faces of the box.
-  double mean_irradiance() const {
-    constexpr int kSide = 16;
-    const Bounds box = volume.room.bounds();
-    double power = 0.0, area = 0.0;
-    for (int face = 0; face < 6; ++face) {
-      const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
-      const double each = box.size()[u] * box.size()[v] / (kSide * kSide);
-      for (int k = 0; k < kSide * kSide; ++k) {
-        glm::dvec3 x = box.min, out(0.0);
-        x[axis] = face % 2 ? box.max[axis] : box.min[axis];
-        x[u] += (k % kSide + 0.5) / kSide * box.size()[u];
-        x[v] += (k / kSide + 0.5) / kSide * box.size()[v];
-        out[axis] = face % 2 ? 1.0 : -1.0;
-        RayHit hit;
-        EXPECT_TRUE(rays.closest(rays.to_local(x - 0.1 * out), glm::vec3(out), 0.0f, 1.0f, hit));
-        power += each * static_cast<double>(change.at(hit.triangle, x, out).irradiance.g);
-        area += each;
-      }
-    }
-    return power / area;
-  }
   /// Power of the sphere, pi L A, over the area of the room.
   double sent_per_area() const {
     const glm::dvec3 s = volume.room.bounds().size();
@@ -62,7 +41,7 @@ TEST(LampLight, the_walls_receive_what_the_lamp_sends_over_one_minus_their_refle
     for (const float rho : {0.0f, kReflectance}) {
       const LampRoom room(at, rho);
       const double expected = room.sent_per_area() / (1.0 - static_cast<double>(rho));
-      EXPECT_NEAR(room.mean_irradiance() / expected, 1.0, 0.03) << rho << " at " << at.x;
+      EXPECT_NEAR(room.mean_change() / expected, 1.0, 0.03) << rho << " at " << at.x;
     }
 }
 
@@ -90,6 +69,35 @@ TEST(LampLight, an_object_without_emission_is_no_lamp) {
   room.change.set_lamps(test::place(room.mesh, {2.0, 2.5, 1.2}));
   EXPECT_FALSE(room.change.has_lamps());
   EXPECT_FALSE(room.change.affects({0.1, 0.1, 0.0}));
+}
+
+/// A black ball in a grey room that sends the same light from everywhere, half of it reflected: of what it takes,
+/// A_ball rho E, the walls lack 1 + rho + rho^2 + ...
+TEST(DimmedRoom, all_walls_lack_what_a_black_ball_takes_over_one_minus_their_reflectance) {
+  constexpr double kLarge = 0.5, kGrey = 0.5;
+  Surrounded room(static_cast<float>(kLarge), test::box_window());
+  room.set_walls(static_cast<float>(kGrey));
+  room.place({2.0, 2.5, 1.2}, 0.0f);
+  ASSERT_TRUE(room.change.dims_room());
+  const glm::dvec3 s = room.volume.room.bounds().size();
+  const double taken = 4.0 * kPi * kLarge * kLarge * kGrey * kPi * Surrounded::kRadiance,
+               expected = -taken / (2.0 * (s.x * s.y + s.y * s.z + s.z * s.x)) / (1.0 - kGrey);
+  EXPECT_NEAR(room.mean_change() / expected, 1.0 - kGrey, 0.03) << "straight";
+  room.change.find_dimming();
+  room.change.set_indirect(std::vector<TwoSided>(room.mesh.positions.size()));
+  EXPECT_NEAR(room.mean_change() / expected, 0.9, 0.1); // window and ball take 8 % of what goes on
+}
+
+TEST(DimmedRoom, a_small_object_dims_it_only_before_the_window) {
+  const std::vector<Aperture> window = test::box_window();
+  Surrounded room(kRadius, window);
+  room.place({2.0, 0.5, 0.3}, 0.0f);
+  EXPECT_FALSE(room.change.dims_room());
+  glm::dvec3 middle(0.0);
+  for (const glm::dvec3& c : window[0].corners)
+    middle += 0.25 * c;
+  room.place(middle + 0.11 * window[0].inward, 0.0f);
+  EXPECT_TRUE(room.change.dims_room());
 }
 
 } // namespace

@@ -78,6 +78,28 @@ struct Surrounded {
     change.set_indirect(std::vector<TwoSided>(mesh.positions.size()));
     change.exchange_with_room(true);
   }
+  /// Mean of the change of irradiance over all faces of the box; at the window there is none.
+  double mean_change() const {
+    constexpr int kSide = 16;
+    const Bounds box = volume.room.bounds();
+    double power = 0.0, area = 0.0;
+    for (int face = 0; face < 6; ++face) {
+      const int axis = face / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+      const double each = box.size()[u] * box.size()[v] / (kSide * kSide);
+      for (int k = 0; k < kSide * kSide; ++k) {
+        glm::dvec3 x = box.min, out(0.0);
+        x[axis] = face % 2 ? box.max[axis] : box.min[axis];
+        x[u] += (k % kSide + 0.5) / kSide * box.size()[u];
+        x[v] += (k / kSide + 0.5) / kSide * box.size()[v];
+        out[axis] = face % 2 ? 1.0 : -1.0;
+        RayHit hit;
+        area += each;
+        if (rays.closest(rays.to_local(x - 0.1 * out), glm::vec3(out), 0.0f, 1.0f, hit))
+          power += each * static_cast<double>(change.at(hit.triangle, x, out).irradiance.g);
+      }
+    }
+    return power / area;
+  }
   std::size_t lowest_vertex() const {
     return std::ranges::min_element(mesh.positions, {}, &glm::vec3::z) - mesh.positions.begin();
   }
