@@ -20,6 +20,7 @@ constexpr double kLeastFraction = 0.002; // of the cosine-weighted hemisphere
 // Of the windows' light: an object that takes less dims the room by less than can be seen; one that takes more than the
 // second counts fully.
 constexpr double kLeastTaken = 0.015, kMuchTaken = 0.03;
+constexpr int kSunPoints = 64; // of a patch
 } // namespace
 
 /// Of the light that comes in through the windows, about what the parts can take at most: their discs beside the
@@ -99,13 +100,18 @@ void IndirectShadow::find_dimming() {
   State& s = *state_;
   std::vector<Rgb> changes(s.dimmed.size(), Rgb(0.0f));
   parallel_for(tbb::blocked_range<std::size_t>(0, changes.size(), 16), [&](const auto& range) {
-    for (std::size_t k = range.begin(); k != range.end(); ++k)
+    for (std::size_t k = range.begin(); k != range.end(); ++k) {
+      Rgb change(0.0f);
+      float open = 0.0f;
       for (std::size_t j = 0; j < 4; ++j)
-        if (const float w = static_cast<float>(s.dimming) * s.dimmed_at[k].weight[j]; w > 0.0f) {
+        if (const float w = s.dimmed_at[k].weight[j]; w > 0.0f) {
           ReceiverLattice::Node& node = *s.dimmed_at[k].node[j];
-          const Rgb change = s.receivers.whole_change(node, true);
-          changes[k] += w * (1.0f - ReceiverLattice::covered(node)) * change;
+          change += w * s.receivers.whole_change(node, false);
+          open += w * (1.0f - ReceiverLattice::covered(node));
         }
+      change -= s.lost_sun(s.dimmed[k]->point, s.dimmed[k]->normal, RoomPatches::kSide_m, kSunPoints);
+      changes[k] = static_cast<float>(s.dimming) * open * change;
+    }
   });
   s.lamps.set_changes(s.dimmed, changes);
 }

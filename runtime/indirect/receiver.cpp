@@ -144,15 +144,14 @@ Rgb LitScene::before(const Receiver& receiver, const RoomPoint& here) {
   return here.indirect_irradiance + *receiver.window_visibility * here.open_sky_irradiance;
 }
 
-Rgb LitScene::lost_sun(const glm::dvec3& x, const glm::dvec3& n, double width) const {
-  constexpr int kSunPoints = 4;
+Rgb LitScene::lost_sun(const glm::dvec3& x, const glm::dvec3& n, double width, int points) const {
   const glm::dvec3 air = x + kAirGap_m * n;
   Rgb sun(0.0f);
   if (windows.has_sun()) {
     const OrthonormalBasis plane(n);
-    for (int k = 0; k < kSunPoints; ++k) {
-      const glm::dvec2 u = width * (lattice_point(k, kSunPoints) - 0.5);
-      sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(kSunPoints);
+    for (int k = 0; k < points; ++k) {
+      const glm::dvec2 u = width * (lattice_point(k, points) - 0.5);
+      sun += windows.lost_sun(air + u.x * plane.u + u.y * plane.v, n, parts) / static_cast<float>(points);
     }
   }
   return sun;

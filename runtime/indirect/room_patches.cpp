@@ -7,7 +7,7 @@
 namespace daylit {
 
 namespace {
-constexpr double kPatch_m = 0.35;
+constexpr double kPatch_m = RoomPatches::kSide_m;
 constexpr int kPatchPoints = 5; ///< per side: where a patch is looked for
 constexpr int kAreaPoints = 10; ///< per side: by which its area is known
 } // namespace

@@ -34,6 +34,7 @@ struct RoomPatch {
 /// Keeps references to everything given. Thread-safe but for set_frame().
 class RoomPatches {
 public:
+  static constexpr double kSide_m = 0.35; ///< of a patch
   RoomPatches(const Room& room, const RayScene& rays, const RoomPlanes& planes, const RoomLight& light,
               const WindowVisibility& windows)
       : room_(room), rays_(rays), planes_(planes), light_(light), visibility_(windows) {}
