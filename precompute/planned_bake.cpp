@@ -183,7 +183,7 @@ Result<PlannedBake> bake_planned(const RoomFile& room, BakePlan planned, radiosi
   if (request.memory_bytes > 0)
     if (const auto needed = memory_of(room, *better, progress); !needed || *needed > request.memory_bytes)
       return out;
-  announce(to_text(out.plan, out.measured) + "once more\n");
+  announce(to_text(out.plan, out.measured) + "once more   with a plan for what this bake missed\n");
   std::optional<RepeatedStore> again;
   if (store)
     again.emplace(*store);
@@ -272,7 +272,7 @@ std::string to_text(const Plan& plan, const Measured& m) {
   text += room_lines(m);
   if (m.total > plan.max_error)
     text +=
-        format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.2g may reach them\n",
+        format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.3g may reach them\n",
                100 * plan.max_error, 100 * plan.max_error * plan.max_error / m.total);
   if (m.sun > 2 * plan.max_error)
     text += format("note       under a small sun the error is above twice that\n");
