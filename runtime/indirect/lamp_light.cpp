@@ -124,8 +124,10 @@ std::vector<RoomPatch*> LampLight::find_seen_by_parts() {
 }
 
 void LampLight::set_changes(std::span<RoomPatch* const> patches, std::span<const Rgb> changes) {
-  for (const Known& k : known_)
+  for (const Known& k : known_) { // from nothing, so that what was before does not show
     k.patch->lamp_first = k.lamp;
+    k.patch->lamp_later = Rgb(0.0f);
+  }
   for (std::size_t k = 0; k < patches.size(); ++k)
     patches[k]->lamp_first += changes[k];
   solve();

@@ -104,14 +104,14 @@ TEST_F(ObjectMeshFile, a_missing_library_is_said_and_its_materials_are_diffuse) 
 }
 
 TEST_F(ObjectMeshFile, materials_that_no_library_has_are_said_and_diffuse) {
-  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n";
   write("empty.mtl", "");
   for (const char* library : {"mtllib empty.mtl\n", ""}) {
     std::vector<std::string> notes;
     const auto mesh = read_object_mesh(
-        write("t.obj", library + corners + "f 1 2 3\nusemtl red\nf 1 2 3\nusemtl blue\nf 1 2 3\n"), Rgb(0.7f), &notes);
+        write("t.obj", library + corners + "f 1 2 3\nusemtl red\nf 2 4 3\nusemtl blue\nf 2 5 4\n"), Rgb(0.7f), &notes);
     ASSERT_TRUE(mesh) << mesh.error().message();
-    ASSERT_EQ(notes.size(), 1u);
+    ASSERT_EQ(notes.size(), 1u) << notes.back();
     EXPECT_NE(notes[0].find("\"red\", \"blue\""), std::string::npos) << notes[0];
   }
 }
