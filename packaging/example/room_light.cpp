@@ -4,8 +4,9 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "scene/room/ray_scene.h"
 #include "scene/sky/sky.h"
-#include "scene/volume/volume.h"
+#include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
 
 namespace {
@@ -27,14 +28,14 @@ int main(int argc, char** argv) {
   const auto opened = daylit::open_sky({.file = argv[2]});
   if (!opened)
     return fail(opened.error());
-  const auto sampler = daylit::LightFieldSampler::make(*volume);
-  if (!sampler)
-    return fail(sampler.error());
-
-  // The radiance L_i of each sky region; sum of L_i L_lm^(i) at the probes; interpolated.
-  const auto radiances = daylit::region_radiance(opened->sky, volume->partition);
-  const daylit::LightField field = daylit::combine(*volume, radiances, daylit::ShOrder::fourth);
-  const auto light = sampler->sample_all(field, {std::atof(argv[3]), std::atof(argv[4]), std::atof(argv[5])});
+  const auto surfaces = daylit::RayScene::build(volume->room);
+  if (!surfaces)
+    return fail(surfaces.error());
+  // The radiance L_i of each sky region, sum of L_i L_lm^(i) at the probes, interpolated; and the surfaces near by.
+  const auto indirect = daylit::IndirectLight::make(*volume, *surfaces, opened->sky);
+  if (!indirect)
+    return fail(indirect.error());
+  const auto light = indirect->at({std::atof(argv[3]), std::atof(argv[4]), std::atof(argv[5])});
   if (!light)
     return std::fputs("room_light: the point is outside the room\n", stderr), 1;
   const daylit::Rgb e = daylit::irradiance(*light, {0, 0, 1});
