@@ -115,9 +115,10 @@ std::vector<RoomPatch*> LampLight::find_seen_by_parts() {
       look_around(rays_, parts_.sphere(k).centre, glm::dvec3(0.0, 0.0, side), pattern,
                   [&](std::uint32_t triangle, const glm::dvec3& position, const glm::dvec3& w) {
                     RoomPatch* patch = patches_.at(triangle, position, w);
-                    const std::size_t before = known_.size();
-                    if (patch->lit && (number_of(patch) == before || std::ranges::find(seen, patch) == seen.end()))
-                      seen.push_back(patch);
+                    if (!patch->lit || std::ranges::find(seen, patch) != seen.end())
+                      return;
+                    number_of(patch);
+                    seen.push_back(patch);
                   });
   find_all();
   return seen;

@@ -13,9 +13,9 @@ namespace daylit {
 /// all further ones together add q / (1 - q) of the last (Aitken 1926; of all senders together: Irons & Tuck 1969).
 class ExchangeSeries {
 public:
-  /// `direct`: what leaves each sender of direct light.
+  /// `direct`: what leaves each sender of direct light; kept by reference.
   ExchangeSeries(std::span<const TwoSided> radiance, std::span<const TwoSided> direct)
-      : last_(radiance.begin(), radiance.end()), direct_(direct.begin(), direct.end()) {}
+      : last_(radiance.begin(), radiance.end()), direct_(direct) {}
 
   /// What they send beside `direct` after one more exchange. True: what the next ones add is small.
   bool add(std::span<const TwoSided> radiance);
@@ -23,8 +23,9 @@ public:
   std::vector<TwoSided> limit() const;
 
 private:
-  std::vector<TwoSided> last_, direct_, change_; ///< change_: of the last exchange; empty before the first
-  double ratio_ = 0;                             ///< of its change to the one before
+  std::vector<TwoSided> last_, change_; ///< change_: of the last exchange; empty before the first
+  std::span<const TwoSided> direct_;
+  double ratio_ = 0; ///< of the last change to the one before
 };
 
 } // namespace daylit

@@ -41,7 +41,8 @@ void IndirectLight::add_surfaces(std::span<const Rgb> node_radiance, const std::
   if (!elements)
     return;
   LitSurfaces lit{std::move(*elements), ApertureCrossings(volume_->apertures), {}, {}, {}, {}, Rgb(0.0f)};
-  lit.stored = lit.from_sky = lit.elements.radiance(node_radiance);
+  lit.stored = lit.elements.radiance(node_radiance);
+  std::vector<Rgb> of_sky = lit.stored;
   if (sun) {
     lit.direction = disc_points(*sun, kSunPoints);
     lit.normal_irradiance = sun->normal_irradiance;
@@ -52,10 +53,12 @@ void IndirectLight::add_surfaces(std::span<const Rgb> node_radiance, const std::
             static_cast<float>(w.weight / volume_->partition.solid_angle_sr(w.region) / kSunPoints) *
             sun->normal_irradiance;
     const std::vector<Rgb> of_sun = lit.elements.radiance(node);
-    for (std::size_t e = 0; e < of_sun.size(); ++e)
-      lit.from_sky[e] = glm::max(lit.stored[e] - of_sun[e], Rgb(0.0f));
+    for (std::size_t e = 0; e < of_sun.size(); ++e) {
+      of_sky[e] = glm::max(of_sky[e] - of_sun[e], Rgb(0.0f));
+      lit.sunlit.push_back(of_sun[e] != Rgb(0.0f));
+    }
   }
-  lit.varying = LinearRadiance(lit.elements.elements(), lit.from_sky);
+  lit.of_sky = LinearRadiance(lit.elements.elements(), of_sky);
   lit_ = std::make_shared<const LitSurfaces>(std::move(lit));
 }
 
@@ -63,8 +66,9 @@ void IndirectLight::add_surfaces(std::span<const Rgb> node_radiance, const std::
 Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const glm::dvec3& point) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   const FirstReflection::Element& e = lit.elements.elements()[element];
-  if (lit.stored[element] == lit.from_sky[element])
-    return lit.varying.at(element, e, point);
+  const Rgb of_sky = lit.of_sky.at(element, e, point);
+  if (lit.sunlit.empty() || !lit.sunlit[element])
+    return of_sky;
   const glm::dvec3 from = point + 4.0 * static_cast<double>(scene_->surface_offset()) * e.normal;
   Rgb sum(0.0f);
   for (std::size_t k = choice(point, kStep); k < lit.direction.size(); k += kStep) {
@@ -73,9 +77,8 @@ Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const glm::
     if (cosine > 0.0 && !scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
       sum += static_cast<float>(cosine) * lit.crossings.met(from, d, kFar).transmittance;
   }
-  return lit.varying.at(element, e, point) +
-         sum * e.reflectance * lit.normal_irradiance *
-             (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
+  return of_sky + sum * e.reflectance * lit.normal_irradiance *
+                      (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {

@@ -28,9 +28,10 @@ private:
   struct LitSurfaces {
     FirstReflection elements;
     ApertureCrossings crossings;
-    std::vector<Rgb> stored, from_sky; ///< radiance of each element, with the sun and without
-    LinearRadiance varying;            ///< the latter
-    std::vector<glm::dvec3> direction; ///< points of the sun's disc; empty: no small sun
+    std::vector<Rgb> stored;           ///< radiance of each element as the volume has it
+    LinearRadiance of_sky;             ///< the same without the sun
+    std::vector<std::uint8_t> sunlit;  ///< of each element; empty: no small sun
+    std::vector<glm::dvec3> direction; ///< points of the sun's disc
     Rgb normal_irradiance{0.0f};
   };
   IndirectLight(const BasisVolume& volume, const RayScene& scene, LightFieldSampler sampler)

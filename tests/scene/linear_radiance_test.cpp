@@ -73,13 +73,34 @@ TEST(LinearRadiance, surfaces_that_meet_at_an_edge_do_not_mix) {
     EXPECT_LT(light.at(e, all[e], all[e].corner[0]).g, 10.0f);
 }
 
-TEST(LinearRadiance, it_is_never_negative) {
-  std::vector<Element> two{element({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}),
-                           element({1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1})};
-  const std::vector<Rgb> mean{Rgb(0.0f), Rgb(9.0f)};
-  const LinearRadiance light(two, mean);
-  EXPECT_EQ(light.at(0, two[0], {0, 0, 0}), Rgb(0.0f));
-  EXPECT_GT(light.at(0, two[0], {1, 0, 0}).g, 0.0f);
+TEST(LinearRadiance, materials_of_one_plane_do_not_mix) {
+  auto all = floor_and_wall();
+  std::vector<Rgb> mean(all.size(), Rgb(1.0f));
+  for (std::size_t e = 0; e < all.size(); ++e)
+    if (all[e].middle.x > 2) {
+      all[e].reflectance = Rgb(0.8f);
+      mean[e] = Rgb(4.0f);
+    }
+  const LinearRadiance light(all, mean);
+  for (std::size_t e = 0; e < all.size(); ++e)
+    for (const auto& corner : all[e].corner)
+      EXPECT_NEAR(light.at(e, all[e], corner).g, mean[e].g, 1e-5f) << e;
+}
+
+/// A thin wall stands between them, which nobody knows here.
+TEST(LinearRadiance, a_dark_element_beside_a_bright_one_keeps_its_mean_and_is_not_negative) {
+  const std::vector<Element> two{element({0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}),
+                                 element({1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1})};
+  const LinearRadiance light(two, std::vector<Rgb>{Rgb(0.01f, 0.01f, 0.0f), Rgb(9.0f)});
+  Rgb sum(0.0f);
+  for (const auto& corner : two[0].corner) {
+    const Rgb here = light.at(0, two[0], corner);
+    EXPECT_GE(here.g, 0.0f);
+    EXPECT_LE(here.g, 0.0301f);
+    EXPECT_EQ(here.b, 0.0f);
+    sum += here / 3.0f;
+  }
+  EXPECT_NEAR(sum.g, 0.01f, 1e-6f);
 }
 
 } // namespace

