@@ -70,6 +70,9 @@ private:
 /// A pixel may show an object and, beside or behind it, the room.
 enum class Layer : std::uint8_t { object, room };
 
+/// Cosine of the angle, 30 degrees, from which on a corner's normal leaves its facet for a sharp edge.
+constexpr float kSharpEdge = 0.866f;
+
 /// A point that a pixel shows, metres relative to the renderer's origin.
 struct PixelSurface {
   bool exists = false;
@@ -77,6 +80,9 @@ struct PixelSurface {
   glm::vec3 position{0.0f}, normal{0.0f};
   glm::vec3 start{0.0f}; ///< of its shadow rays
   bool back = false;     ///< the inside of a thin shell
+  /// Unit normal of an object's facet on that side, at a sharp edge over which the normals run; else zero. Light from
+  /// below it is none.
+  glm::vec3 sharp_facet{0.0f};
   bool hidden = false;   ///< of the room: an object close before it covers the pixel, or some of it
 };
 

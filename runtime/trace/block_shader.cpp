@@ -70,6 +70,7 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
   const int lane = add_point(b, at, sky, x, y, coverage);
   b.light[lane] = light;
   b.places[lane] = hit.places;
+  b.below[lane] = glm::dot(at.sharp_facet, scene_.sun.cone.axis) < 0.0f;
   if (!sky.is_known)
     grid_.add_hints(Layer::object, x, y, at.position, at.normal, lane, b.set.hints);
   if (b.set.count == kLanes)
@@ -191,7 +192,7 @@ void BlockShader::shade_objects(Batch& b, const SamplingGrid::SunCorners& corner
   const lanes::LightSums sun = sum_sun(b, Layer::object, corners);
   for (int i = 0; i < b.set.count; ++i) {
     Rgb direct = b.light[i].open_sky * b.set.sky[i].past_both;
-    for (int c = 0; c < 3; ++c)
+    for (int c = 0; c < 3 && !b.below[i]; ++c)
       direct[c] += sun.past_both.channel[c][i];
     show(b.light[i], direct, b.pixel[i], b.coverage[i]);
   }

@@ -47,7 +47,9 @@ PixelSurface object_surface(const TracedScene& scene, const glm::vec3& eye, cons
   const float length = glm::length(s.normal);
   s.normal = length > 0.0f ? s.normal / length : facet / std::max(glm::length(facet), 1e-30f);
   s.back = is_back(facet, n, eye - s.position);
-  const float side = s.back ? -1.0f : 1.0f;
+  const float side = s.back ? -1.0f : 1.0f, size = glm::length(facet);
+  if (std::any_of(n, n + 3, [&](const glm::vec3& corner) { return glm::dot(corner, facet) < kSharpEdge * size; }))
+    s.sharp_facet = facet * (side / std::max(size, 1e-30f));
   s.normal *= side;
   s.start = s.position + start_offset(scene) * s.normal;
   for (int k = 0; k < 3; ++k) {

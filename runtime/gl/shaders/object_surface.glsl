@@ -9,6 +9,7 @@ struct ObjectPoint {
   vec3 weight; // barycentric
   vec3 position, normal; // of the side that is seen
   bool back;   // the inside of a thin shell: the winding decides, interpolated normals turn away at silhouettes
+  vec3 sharp_facet; // as in PixelSurface (runtime/shading/visibility.h)
 };
 
 vec3 vertex_value(uint vertex, uint which) {
@@ -46,5 +47,9 @@ ObjectPoint object_point(uint id, ivec2 pixel) {
   p.normal = normalize(dot(n, n) > 0.0 ? n : facet);
   p.back = whole < 0.0;
   p.normal = p.back ? -p.normal : p.normal;
+  p.sharp_facet = vec3(0.0);
+  for (int k = 0; k < 3; ++k)
+    if (dot(vertex_value(p.vertex[k], 1u), facet) < SHARP * length(facet))
+      p.sharp_facet = p.back ? -facet : facet;
   return p;
 }

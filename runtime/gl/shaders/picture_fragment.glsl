@@ -32,7 +32,9 @@ vec3 object_radiance_at(uint id, ivec2 pixel) {
   LightSums sky = sum_lights(0, frame.lights.x, p.position, p.normal, true);
   LightSums sun = sum_lights(frame.lights.x, frame.lights.y, p.position, p.normal, true);
   uint side = p.back ? 2u : 0u;
-  vec3 direct = interpolated_light(p, side + 1u) * fraction(sky.past_both, sky.unblocked) + sun.past_both;
+  bool below = dot(p.sharp_facet, frame.sun_cone.xyz) < 0.0;
+  vec3 direct = interpolated_light(p, side + 1u) * fraction(sky.past_both, sky.unblocked) +
+                (below ? vec3(0.0) : sun.past_both);
   return interpolated_light(p, side) + interpolated(p, 2u) / kPi * direct;
 }
 
