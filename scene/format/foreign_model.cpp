@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <string_view>
+
+#include "scene/core/lower_case.h"
 
 namespace daylit::detail {
 
@@ -11,9 +12,7 @@ std::optional<Error> refuse_foreign_model(const std::filesystem::path& path, con
   static constexpr std::array<std::string_view, 22> kForeign = {
       ".3ds", ".3mf", ".abc",  ".blend", ".c4d", ".dae", ".dxf",  ".fbx",  ".iges", ".lwo", ".max",
       ".off", ".skp", ".step", ".stl",   ".stp", ".usd", ".usda", ".usdc", ".usdz", ".wrl", ".x3d"};
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_case(path.extension().string());
   if (std::ranges::find(kForeign, extension) == kForeign.end())
     return std::nullopt;
   return Error{ErrorCode::file_malformed, extension + " files are not read", path.string(), "export it as " + known};

@@ -9,6 +9,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/core/lower_case.h"
 #include "scene/core/read_file.h"
 #include "scene/format/foreign_model.h"
 #include "scene/model/lobe_file.h"
@@ -87,7 +88,8 @@ constexpr std::size_t kMostFileBytes = std::size_t{1} << 31;
 
 /// glTF by its name or its first bytes.
 bool is_gltf(const std::filesystem::path& path, std::span<const std::uint8_t> bytes) {
-  return path.extension() == ".gltf" || (bytes.size() > 4 && std::memcmp(bytes.data(), "glTF", 4) == 0);
+  const std::string extension = lower_case(path.extension().string());
+  return extension == ".gltf" || extension == ".glb" || (bytes.size() > 4 && std::memcmp(bytes.data(), "glTF", 4) == 0);
 }
 
 Result<detail::TriangleSoup> parse_gltf_beside(const std::filesystem::path& path, std::span<const std::uint8_t> bytes,
@@ -110,6 +112,8 @@ Result<ObjectMesh> read_object_mesh(const std::filesystem::path& path, Rgb fallb
   auto bytes = read_whole_file(path, kMostFileBytes);
   if (!bytes)
     return bytes.error();
+  if (bytes->empty())
+    return Error{ErrorCode::file_malformed, "the file is empty", path.string(), "export the model again"};
   if (const auto foreign = detail::refuse_foreign_model(path, "glTF (.glb or .gltf), OBJ or PLY"))
     return *foreign;
   auto soup = is_gltf(path, *bytes)     ? parse_gltf_beside(path, *bytes, fallback)

@@ -22,8 +22,9 @@ struct SurfaceBelow {
 };
 
 /// The surface below world (x, y) with `free_m` of air above it.
-/// `name`: a material of the room: the highest surface of it. "floor", where no material is called so: the lowest
-/// surface. Empty: the highest surface under the ceiling. Error not_found: there is none; names what is there.
+/// `name`: a material of the room, its case of no matter: the highest surface of it. "floor", where no material is
+/// called so: the lowest surface. Empty: the highest surface under the ceiling. Error not_found: there is none; names
+/// what is there.
 Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const glm::dvec2& place,
                                    const std::string& name, double free_m);
 

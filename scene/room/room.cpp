@@ -2,13 +2,9 @@
 
 #include <glm/geometric.hpp>
 
-namespace daylit {
+#include "scene/core/lower_case.h"
 
-std::string lower_case(std::string name) {
-  for (char& c : name)
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return name;
-}
+namespace daylit {
 
 bool is_window_name(const std::string& material_name) {
   const std::string name = lower_case(material_name);

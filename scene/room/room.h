@@ -24,8 +24,6 @@ struct Material {
   float refractive_index = 0.0f;
 };
 
-/// ASCII letters only: material names are compared without regard to case.
-std::string lower_case(std::string name);
 /// True for the names that make a material an aperture, in any case.
 bool is_window_name(const std::string& material_name);
 

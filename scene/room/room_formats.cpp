@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "scene/core/checksum.h"
+#include "scene/core/lower_case.h"
 #include "scene/core/read_file.h"
 #include "scene/format/foreign_model.h"
 #include "scene/format/obj_text.h"

@@ -181,6 +181,18 @@ TEST_F(ObjectGltf, errors_name_what_is_wrong) {
   EXPECT_FALSE(read_object_mesh(write("uv.glb", short_uv.glb())));
 }
 
+TEST_F(ObjectGltf, an_empty_or_cut_file_is_called_what_it_is) {
+  const auto what_of = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream(folder_ / name) << bytes;
+    const auto mesh = read_object_mesh(folder_ / name);
+    return mesh ? std::string() : mesh.error().message();
+  };
+  for (const char* name : {"a.glb", "a.GLB", "a.gltf", "a.obj", "a.ply"})
+    EXPECT_NE(what_of(name, "").find("the file is empty"), std::string::npos) << name;
+  for (const char* bytes : {"\x89PNG\r\n", "{\"asset\":", "glTF", "gl"})
+    EXPECT_NE(what_of("a.glb", bytes).find("no valid glTF 2.0"), std::string::npos) << what_of("a.glb", bytes);
+}
+
 TEST_F(ObjectGltf, an_attribute_that_is_not_finite_is_named_with_its_model) {
   auto parts = square(kPlain);
   const float nan = NAN;

@@ -67,6 +67,7 @@ TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
   EXPECT_NEAR(*height("", 2.2, 2.0), 0.75, 1e-5);      // not inside the table
   EXPECT_NEAR(*height("", 1.7, 2.0), 1.27, 1e-5);      // the shelf is higher than the table
   EXPECT_NEAR(*height("table", 1.7, 2.0), 0.75, 1e-5); // below the shelf
+  EXPECT_NEAR(*height("Table", 1.7, 2.0), 0.75, 1e-5);
   EXPECT_NEAR(*height("floor", 3.0, 3.0), 0.0, 1e-5);  // no material is called so: the lowest
   EXPECT_NEAR(*height("floor", 2.2, 2.0), 0.75, 1e-5); // the floor below is in the dark
   const auto low = height("table", 1.7, 2.0, 0.6);     // 0.5 m up to the shelf
@@ -125,6 +126,8 @@ TEST_F(Placing, without_a_place_it_stands_in_the_middle_of_the_surface) {
   ASSERT_TRUE(placed) << placed.error().message();
   const Bounds box = placed_bounds(mesh, object_transform(*placed));
   EXPECT_LT(glm::length(box.centre() - glm::dvec3(2.0, 2.0, 0.9)), 1e-5);
+  object.on->surface = "TABLE";
+  EXPECT_TRUE(set_down(object, WeighedMesh(mesh), room_, rays_));
   object.on->surface = "chair";
   EXPECT_FALSE(set_down(object, WeighedMesh(mesh), room_, rays_));
 }

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "scene/core/lower_case.h"
 #include "scene/room/radiance_material.h"
 
 namespace daylit::detail {
