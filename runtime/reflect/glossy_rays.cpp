@@ -194,10 +194,12 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
 }
 
 /// How far half vectors turn within the part of a lobe that a ray stands for, radians: with its directions, and with
-/// the normals of all that it meets.
-float GlossyRays::turn_along(const Branch& branch, const ObjectPoint& point) const {
+/// the normals of all that it meets, where the surface bends most.
+float GlossyRays::turn_along(const Branch& branch, const ObjectPoint& point, const Surface& s) const {
+  constexpr float kMost_rad = 0.5f;
   const float width_rad = 2.0f * branch.width_rad; // to both sides
-  return width_rad + turn_in(point, point.distance * static_cast<double>(width_rad));
+  const glm::mat2 turn = static_cast<float>(point.distance) * width_rad * curvature(point, s);
+  return width_rad + std::min(Axes(turn * glm::transpose(turn)).length.x, kMost_rad);
 }
 
 /// What the lobes at the end of a ray find of the sky by one of the frame's lights; `onward`: the rays that share it.
@@ -236,7 +238,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   const ObjectMaterial* m = material(point);
   if (m && m->is_glossy()) {
     if (!s.is_sharp())
-      sent += glint(point, s, even_spread(turn_along(branch, point)), work.trees[branch.tree].u.y);
+      sent += glint(point, s, even_spread(turn_along(branch, point, s)), work.trees[branch.tree].u.y);
     left.light_step = 0;
     const Work::Tree& tree = work.trees[branch.tree];
     const bool several = branch.depth == 1 && !branch.inside && !s.is_sharp() && !tree.next_places.empty();

@@ -85,10 +85,9 @@ private:
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place, Work& work) const;
   Rgb spread_several(const ObjectPoint& point, const Surface& s, Branch onward, Work& work) const;
   WorldRay onward(const ObjectPoint& point, const Surface& s, const glm::vec3& direction) const;
-  float turn_in(const ObjectPoint& point, double width_m) const;
   glm::mat2 curvature(const ObjectPoint& point, const Surface& s) const;
   glm::mat2 spread_seen(const ObjectPoint& point, double width_m, const Surface& s) const;
-  float turn_along(const Branch& branch, const ObjectPoint& point) const;
+  float turn_along(const Branch& branch, const ObjectPoint& point, const Surface& s) const;
   Rgb sharp_glint(const Surface& s, const glm::vec3& in, const glm::mat2& spread) const;
   static Rgb wide_glint(const Surface& s, const glm::vec3& in, const glm::mat2& spread);
   Rgb glint(const ObjectPoint& point, const Surface& s, const glm::mat2& spread, double turn) const;

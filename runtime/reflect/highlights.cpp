@@ -37,20 +37,6 @@ std::optional<glm::dvec3> GlossyRays::lit_from(const ObjectPoint& point, const S
          room_.objects.offset_m(point.part) * static_cast<double>(side) * glm::dvec3(point.face_normal);
 }
 
-/// How far the normal turns within so many metres of the surface, radians: along the edge where it turns most.
-float GlossyRays::turn_in(const ObjectPoint& point, double width_m) const {
-  const ObjectMesh& mesh = room_.objects.objects().parts[point.part].mesh();
-  const auto& t = mesh.triangles[point.triangle];
-  float most = 0.0f;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::uint32_t a = t[k], b = t[(k + 1) % 3];
-    const float length = glm::distance(mesh.positions[a], mesh.positions[b]);
-    if (length > 0.0f)
-      most = std::max(most, glm::distance(mesh.normals[a], mesh.normals[b]) / length);
-  }
-  return std::min(most * static_cast<float>(width_m / room_.objects.scale(point.part)), 0.5f);
-}
-
 /// Turn of the normal for a step on the surface, both along tangent and bitangent, per metre: with the edges E of the
 /// triangle and the differences N of the normals along them, N E^-1.
 glm::mat2 GlossyRays::curvature(const ObjectPoint& point, const Surface& s) const {
