@@ -215,15 +215,26 @@ void ChangePicture::update(const ViewCorners& view, const IndirectShadow& field,
   });
 }
 
-std::optional<PixelChange> ChangePicture::at(int x, int y) const {
-  auto change = whole_at(x, y);
+namespace {
+
+/// What is drawn of it.
+std::optional<PixelChange> drawn(std::optional<PixelChange> change) {
   if (!change)
     return change;
-  const float fraction = drawn_fraction(change->irradiance, change->before);
+  const float fraction = ChangePicture::drawn_fraction(change->irradiance, change->before);
   if (fraction == 0.0f)
     return std::nullopt;
   change->irradiance *= fraction;
   return change;
+}
+
+} // namespace
+
+std::optional<PixelChange> ChangePicture::at(int x, int y) const { return drawn(whole_at(x, y)); }
+
+std::optional<PixelChange> ChangePicture::at(int x, int y, const ViewPoint& point) const {
+  const Kind kind = kind_at(x, y);
+  return kind == Kind::nothing ? std::nullopt : drawn(between_planes(x, y, kind, point));
 }
 
 std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
@@ -272,8 +283,7 @@ std::optional<std::array<std::uint32_t, 4>> ChangePicture::plane_of_block(int x,
 }
 
 /// In a block beside an object, or that shows several planes or the edge of a sun patch.
-std::optional<PixelChange> ChangePicture::between_planes(int x, int y, Kind kind) const {
-  const ViewPoint pixel = view_->look(x, y);
+std::optional<PixelChange> ChangePicture::between_planes(int x, int y, Kind kind, const ViewPoint& pixel) const {
   if (!pixel.seen || !field_->affects(pixel.position))
     return std::nullopt;
   const std::uint32_t facing = field_->facing_of(pixel.triangle, pixel.direction);
@@ -308,7 +318,7 @@ std::optional<PixelChange> ChangePicture::whole_at(int x, int y) const {
   if (kind == Kind::nothing)
     return std::nullopt;
   if (kind != Kind::interpolate)
-    return between_planes(x, y, kind);
+    return between_planes(x, y, kind, view_->look(x, y));
   const std::array<float, 4> weight = corner_weights(x, y);
   const std::array<std::size_t, 4> four = corners_of(x / kBlock, y / kBlock);
   PixelChange sum;

@@ -89,6 +89,8 @@ public:
   float left_out() const { return left_out_; }
   /// Empty where the room does not change visibly, or is not seen. Thread-safe.
   std::optional<PixelChange> at(int x, int y) const;
+  /// The same at one of several surfaces that the pixel shows.
+  std::optional<PixelChange> at(int x, int y, const ViewPoint& point) const;
   /// What the room's radiance is multiplied with where nothing but this change happens; empty as at().
   std::optional<Rgb> ratio_at(int x, int y) const;
 
@@ -124,7 +126,7 @@ private:
     return {first, first + 1, below, below + 1};
   }
   std::optional<PixelChange> whole_at(int x, int y) const;
-  std::optional<PixelChange> between_planes(int x, int y, Kind kind) const;
+  std::optional<PixelChange> between_planes(int x, int y, Kind kind, const ViewPoint& point) const;
   bool touches_object(const std::array<std::size_t, 4>& corners) const;
 
   const ViewCorners* view_ = nullptr;

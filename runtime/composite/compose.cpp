@@ -8,6 +8,7 @@
 #include <span>
 
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/drawn_picture.h"
@@ -179,7 +180,7 @@ private:
   /// The room's light at the corner pixels of a block that shows nothing but one plane of the room, all of it seen by
   /// the frame; empty for others.
   std::optional<std::array<RoomPoint, 4>> plain_corners(const PixelBox& block) const {
-    if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_all(block))
+    if (!change_ || !settings_.differential || settings_.mode != ShadowMode::ratio || !drawn_.shows_plainly(block))
       return std::nullopt;
     const ChangePicture::Kind kind = change_->kind_at(block.x0, block.y0);
     const auto plane = change_->plane_of_block(block.x0, block.y0);
@@ -262,7 +263,30 @@ private:
     RoomLoss loss;
     Rgb reflectance{0.5f};
   };
+  /// A photograph's pixel that shows several surfaces of the room holds the sum of f rho E, f their parts of the pixel.
+  /// What objects leave of it is the sum of s rho (E - lost), s their parts that show, and is spread over those.
+  std::optional<Loss> loss_of_parts(std::span<const DrawnPart> parts, int x, int y) const {
+    Rgb before(0.0f), after(0.0f);
+    float shown = 0.0f;
+    for (const DrawnPart& part : parts) {
+      const glm::dvec3 direction = glm::normalize(part.position - drawn_.camera.eye());
+      const auto point = room_(direction, part.light.triangle);
+      if (!point)
+        return std::nullopt;
+      RoomLoss loss = direct_loss(part.light, *point);
+      if (const auto change =
+              change_ ? change_->at(x, y, {true, part.light.triangle, part.position, direction}) : std::nullopt)
+        loss.lost -= change->irradiance;
+      before += part.light.lost_sky.w * point->reflectance * loss.before;
+      after += part.shown * point->reflectance * (loss.before - loss.lost);
+      shown += part.shown;
+    }
+    return Loss{{before, before - after / shown}, Rgb(1.0f)};
+  }
+
   std::optional<Loss> loss_at(int x, int y, const DrawnPixel& pixel) const {
+    if (const auto parts = drawn_.parts(x, y); !parts.empty())
+      return loss_of_parts(parts, x, y);
     const bool shadow = casts_shadow(pixel);
     const auto change = change_ ? change_->at(x, y) : std::nullopt;
     const bool needs_room = shadow || (change && settings_.mode == ShadowMode::difference);

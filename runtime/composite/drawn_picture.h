@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 
+#include <glm/common.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 
@@ -20,15 +22,16 @@ struct DrawnPicture {
 
   DrawnPixel at(int x, int y) const { return frame.shown(x, y) ? frame.at(x, y) : DrawnPixel{}; }
 
-  /// Every pixel of the photograph's box was drawn, by an undistorted camera.
-  bool shows_all(const PixelBox& photo) const {
+  /// Every pixel of the photograph's box was drawn, by an undistorted camera, and shows one surface of the room at
+  /// most.
+  bool shows_plainly(const PixelBox& photo) const {
     const PixelBox box = photo.common(frame.box);
     if (!camera.drawn_position.empty() || box.x0 != photo.x0 || box.y0 != photo.y0 || box.x1 != photo.x1 ||
         box.y1 != photo.y1)
       return false;
     for (int y = box.y0; y < box.y1; y += RenderedFrame::kBlock)
       for (int x = box.x0; x < box.x1; x += RenderedFrame::kBlock)
-        if (!frame.shown(x, y))
+        if (!frame.shown(x, y) || frame.has_parts(x / RenderedFrame::kBlock, y / RenderedFrame::kBlock))
           return false;
     return true;
   }
@@ -63,6 +66,12 @@ struct DrawnPicture {
     if (things)
       pixel.object *= 1.0f - things->hides[static_cast<std::size_t>(y) * camera.photo_width_px + x];
     return pixel;
+  }
+
+  /// The surfaces of the room, where they are several: of the drawn pixel nearest to the photograph's.
+  std::span<const DrawnPart> parts(int x, int y) const {
+    const glm::ivec2 p(glm::round(position(x, y)));
+    return frame.shown(p.x, p.y) ? frame.parts(p.x, p.y) : std::span<const DrawnPart>{};
   }
 
   /// The drawn pixel itself, or the bilinear mean of four where the photograph is distorted.

@@ -3,6 +3,7 @@
 // What draws the virtual objects and their new shadows, whatever it draws with. Radiance and irradiance only: what
 // becomes of the photograph is decided in compose.h.
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,6 +41,14 @@ struct DrawnPixel {
   std::uint32_t triangle = kUnknownTriangle; ///< of the room, where it is seen: saves a ray
 };
 
+/// One surface of the room of several in a pixel, whose fractions are then the sums of theirs.
+struct DrawnPart {
+  int x = 0, y = 0;         ///< of the pixel
+  glm::dvec3 position{0.0}; ///< of its point, world metres
+  DrawnPixel light;         ///< w of `lost_sky` is its part of the pixel, objects or not
+  float shown = 0.0f;       ///< its part of the pixel that no object covers
+};
+
 /// Values are kept of the blocks that show an object or a new shadow, in rows of blocks: a large picture shows few.
 /// Different rows may be filled by different threads.
 struct RenderedFrame {
@@ -53,8 +62,12 @@ struct RenderedFrame {
     height_px = height;
     box = shown_box;
     place_.assign(static_cast<std::size_t>(columns()) * rows(), kNotShown);
+    first_part_.assign(place_.size(), kNotShown);
     pixels_.resize(static_cast<std::size_t>(rows()));
+    parts_.resize(static_cast<std::size_t>(rows()));
     for (auto& row : pixels_)
+      row.clear();
+    for (auto& row : parts_)
       row.clear();
   }
   /// The row will show so many blocks at most. Memory counts only where it is written.
@@ -70,7 +83,7 @@ struct RenderedFrame {
   void take_back(int column, int row) {
     auto& pixels = pixels_[static_cast<std::size_t>(row)];
     pixels.resize(pixels.size() - kPixels);
-    place_[block(column, row)] = kNotShown;
+    place_[block(column, row)] = first_part_[block(column, row)] = kNotShown;
   }
 
   bool shows(int column, int row) const { return place_[block(column, row)] != kNotShown; }
@@ -80,6 +93,35 @@ struct RenderedFrame {
     return pixels_[static_cast<std::size_t>(y / kBlock)][place_[block(x / kBlock, y / kBlock)] + in_block(x, y)];
   }
   DrawnPixel& at(int x, int y) { return const_cast<DrawnPixel&>(std::as_const(*this).at(x, y)); }
+  /// Of a pixel that is shown: empty where it shows one surface of the room at most.
+  std::span<const DrawnPart> parts(int x, int y) const {
+    if (!has_parts(x / kBlock, y / kBlock))
+      return {};
+    const std::span row(parts_[static_cast<std::size_t>(y / kBlock)]);
+    const auto block_parts = row.subspan(first_part_[block(x / kBlock, y / kBlock)]);
+    const auto of_pixel = [&](const DrawnPart& part) { return part.x == x && part.y == y; };
+    const auto of_block = [&](const DrawnPart& part) { return part.x / kBlock == x / kBlock; };
+    const auto first = std::find_if(block_parts.begin(), std::ranges::find_if_not(block_parts, of_block), of_pixel);
+    return {first, std::find_if_not(first, block_parts.end(), of_pixel)};
+  }
+  /// A block that is shown has a pixel with several surfaces of the room.
+  bool has_parts(int column, int row) const { return first_part_[block(column, row)] != kNotShown; }
+  /// For a pixel of the block last shown in the row that has none; valid until the next in the row of blocks.
+  std::span<DrawnPart> add_parts(int x, int y, std::size_t count) {
+    auto& row = parts_[static_cast<std::size_t>(y / kBlock)];
+    if (!has_parts(x / kBlock, y / kBlock))
+      first_part_[block(x / kBlock, y / kBlock)] = static_cast<std::uint32_t>(row.size());
+    DrawnPart part;
+    part.x = x;
+    part.y = y;
+    row.resize(row.size() + count, part);
+    return std::span(row).last(count);
+  }
+  std::uint32_t part_count(int y) const {
+    return static_cast<std::uint32_t>(parts_[static_cast<std::size_t>(y / kBlock)].size());
+  }
+  /// By its place in the row of blocks.
+  DrawnPart& part(int y, std::uint32_t index) { return parts_[static_cast<std::size_t>(y / kBlock)][index]; }
   int columns() const { return (width_px + kBlock - 1) / kBlock; }
   int rows() const { return (height_px + kBlock - 1) / kBlock; }
 
@@ -89,7 +131,9 @@ private:
   std::size_t block(int column, int row) const { return static_cast<std::size_t>(row) * columns() + column; }
   static std::size_t in_block(int x, int y) { return static_cast<std::size_t>(y % kBlock * kBlock + x % kBlock); }
   std::vector<std::vector<DrawnPixel>> pixels_; ///< per row of blocks: sixteen of each that is shown
+  std::vector<std::vector<DrawnPart>> parts_;   ///< per row of blocks
   std::vector<std::uint32_t> place_;            ///< per block: its first pixel in the row
+  std::vector<std::uint32_t> first_part_;       ///< per block: in the row of blocks
 };
 
 /// Not thread-safe. After an Error the renderer is spent: make a new one.

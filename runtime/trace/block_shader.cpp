@@ -77,7 +77,47 @@ void BlockShader::add_object(const ObjectHit& hit, int x, int y) {
     shade_objects(b, sky.is_known ? sun_corners_ : SamplingGrid::SunCorners{});
 }
 
+/// Returns the point's lane. What is not known of the sky will be looked for.
+int BlockShader::add_room_point(const PixelSurface& at, const SamplingGrid::Interpolated& sky, std::uint32_t triangle,
+                                int x, int y, float coverage) {
+  if (room_.set.count == kLanes)
+    shade_room();
+  const int lane = add_point(room_, at, sky, x, y, coverage);
+  room_.triangle[lane] = scene_.room_triangle[triangle];
+  room_.part[lane] = kWhole;
+  if (!sky.is_known && sky.is_between)
+    grid_.add_hints(Layer::room, x, y, at.position, at.normal, lane, room_.set.hints);
+  return lane;
+}
+
+/// One point for each surface. What objects cover of them is known in eighths of the pixel, so that what is shown is
+/// brought to `coverage`, the part of the pixel that shows the room.
+void BlockShader::add_room_parts(int x, int y, std::span<const RoomPart> parts, float coverage) {
+  std::array<PixelSurface, VisibleSurfaces::kMostRoomParts> at;
+  std::array<SamplingGrid::Interpolated, VisibleSurfaces::kMostRoomParts> sky;
+  bool any = scene_.sun.size() > 0;
+  float uncovered = 0.0f;
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    at[k] = room_surface(scene_, view_.eye(), parts[k].triangle, parts[k].position, true);
+    sky[k] = grid_.interpolate(Layer::room, x, y, at[k].position, at[k].normal);
+    any = any || !sky[k].is_known || sky[k].sky.past_room != sky[k].sky.past_both;
+    uncovered += parts[k].fraction * parts[k].uncovered;
+  }
+  if (!any)
+    return; // nothing is lost here
+  const std::uint32_t first = frame_.part_count(y);
+  const std::span<DrawnPart> drawn = frame_.add_parts(x, y, parts.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    drawn[k].position = scene_.origin + glm::dvec3(parts[k].position);
+    drawn[k].shown = coverage * parts[k].fraction * (uncovered > 0.0f ? parts[k].uncovered / uncovered : 1.0f);
+    const int lane = add_room_point(at[k], sky[k], parts[k].triangle, x, y, parts[k].fraction);
+    room_.part[lane] = first + static_cast<std::uint32_t>(k);
+  }
+}
+
 void BlockShader::add_room(int x, int y, float coverage) {
+  if (const auto parts = view_.room_parts(x, y); !parts.empty())
+    return add_room_parts(x, y, parts, coverage);
   glm::vec3 position;
   const RoomHit hit = view_.uncovered_room(x, y, position);
   if (hit.triangle == kNoTriangle)
@@ -86,11 +126,8 @@ void BlockShader::add_room(int x, int y, float coverage) {
   const auto sky = grid_.interpolate(Layer::room, x, y, at.position, at.normal);
   if (sky.is_known && sky.sky.past_room == sky.sky.past_both && scene_.sun.size() == 0)
     return; // nothing is lost here
-  const int lane = add_point(room_, at, sky, x, y, coverage);
-  room_.triangle[lane] = scene_.room_triangle[hit.triangle];
+  const int lane = add_room_point(at, sky, hit.triangle, x, y, coverage);
   room_.places[lane] = view_.is_edge(x, y) ? view_.uncovered_places(x, y) : 0;
-  if (!sky.is_known && sky.is_between)
-    grid_.add_hints(Layer::room, x, y, at.position, at.normal, lane, room_.set.hints);
 }
 
 void BlockShader::see_sky(Batch& b, Layer layer) {
@@ -209,8 +246,7 @@ void BlockShader::shade_room() {
   for (int i = 0; i < b.set.count; ++i) {
     const float w = b.coverage[i];
     const SkyFractions& sky = b.set.sky[i];
-    DrawnPixel& pixel = frame_.at(b.pixel[i].x, b.pixel[i].y);
-    pixel.received = glm::vec2(0.0f);
+    DrawnPixel pixel;
     for (int c = 0; c < 3; ++c) {
       pixel.received.x += w * sky.past_room[c] / 3.0f;
       pixel.received.y += w * per_sun * sun.past_room.channel[c][i];
@@ -220,8 +256,24 @@ void BlockShader::shade_room() {
       if (const float past_room = sun.past_room.channel[c][i]; past_room > 0.0f)
         pixel.lost_sun[c] = pixel.received.y * (1.0f - sun.past_both.channel[c][i] / past_room);
     pixel.triangle = b.triangle[i];
+    show_room(pixel, b.pixel[i], b.part[i]);
   }
   b.set.count = 0;
+}
+
+/// A pixel's fractions are the sums of those of its surfaces, each with its part that shows.
+void BlockShader::show_room(const DrawnPixel& light, const glm::ivec2& pixel, std::uint32_t part) {
+  DrawnPixel& sum = frame_.at(pixel.x, pixel.y);
+  float shown = 1.0f;
+  if (part != kWhole) {
+    DrawnPart& drawn = frame_.part(pixel.y, part);
+    drawn.light = light;
+    shown = drawn.shown / light.lost_sky.w;
+  }
+  sum.lost_sky += shown * light.lost_sky;
+  sum.received += shown * light.received;
+  sum.lost_sun += shown * light.lost_sun;
+  sum.triangle = light.triangle;
 }
 
 /// The same as SamplingGrid::interpolate() for each pixel.
@@ -241,6 +293,14 @@ void BlockShader::shade_plain(const SamplingGrid::Corners& corners, const PixelB
                          scene_.room_triangle[view_.room(x, y).triangle]};
     }
   }
+}
+
+bool BlockShader::shows_room_edge(const PixelBox& pixels) const {
+  for (int y = pixels.y0; y < pixels.y1; ++y)
+    for (int x = pixels.x0; x < pixels.x1; ++x)
+      if (!view_.room_parts(x, y).empty())
+        return true;
+  return false;
 }
 
 /// Some pixel of the room loses light.
@@ -298,7 +358,7 @@ void BlockShader::shade(int column, int row) {
   }
   frame_.show(column, row);
   sun_corners_ = {};
-  if (!has_edge)
+  if (!has_edge && (view_.is_plain(column, row) || !shows_room_edge(pixels)))
     sun_corners_ = grid_.sun_corners(has_object ? Layer::object : Layer::room, column, row);
   shade_pixels(pixels, receives);
   if (!has_object && !has_edge && !shows_shadow(pixels))

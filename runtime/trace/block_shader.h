@@ -22,6 +22,7 @@ public:
   std::uint64_t rays() const { return rays_; }
 
 private:
+  static constexpr std::uint32_t kWhole = 0xFFFFFFFFu;
   struct ObjectLight {
     Rgb reflectance{0.0f}, indirect{0.0f}, open_sky{0.0f};
   };
@@ -34,6 +35,7 @@ private:
     std::uint8_t places[kLanes] = {}; ///< of an edge pixel, as in ObjectHit
     std::uint32_t triangle[kLanes] = {};
     bool below[kLanes] = {}; ///< the sun stands below the facet of a sharp edge
+    std::uint32_t part[kLanes] = {}; ///< of the frame's row, or kWhole
     ObjectLight light[kLanes];
   };
 
@@ -41,6 +43,9 @@ private:
   void show(const ObjectLight& light, const Rgb& direct, const glm::ivec2& pixel, float coverage);
   void add_object(const ObjectHit& hit, int x, int y);
   void add_room(int x, int y, float coverage);
+  void add_room_parts(int x, int y, std::span<const RoomPart> parts, float coverage);
+  int add_room_point(const PixelSurface& at, const SamplingGrid::Interpolated& sky, std::uint32_t triangle, int x,
+                     int y, float coverage);
   int add_point(Batch& batch, const PixelSurface& at, const SamplingGrid::Interpolated& sky, int x, int y,
                 float coverage);
   void see_sky(Batch& batch, Layer layer);
@@ -51,7 +56,9 @@ private:
   bool spread_over_samples(const Batch& batch, Layer layer, int lane);
   void shade_objects(Batch& batch, const SamplingGrid::SunCorners& corners);
   void shade_room();
+  void show_room(const DrawnPixel& light, const glm::ivec2& pixel, std::uint32_t part);
   void shade_pixels(const PixelBox& pixels, bool receives);
+  bool shows_room_edge(const PixelBox& pixels) const;
   bool shows_shadow(const PixelBox& pixels) const;
   void shade_plain(const SamplingGrid::Corners& corners, const PixelBox& pixels);
 

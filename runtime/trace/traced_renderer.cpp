@@ -224,6 +224,7 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
     const glm::dvec3 n = area_normal(room, room.triangles[i]);
     scene.room_normals.emplace_back(glm::length(n) > 0.0 ? glm::normalize(n) : glm::dvec3(0.0, 0.0, 1.0));
   }
+  state->mesh.normals = scene.room_normals;
   for (auto [target, mesh] : {std::pair{&state->room, &whole}, std::pair{&scene.occluders, &occluders}}) {
     auto built = PacketScene::build(mesh->vertices, mesh->triangles);
     if (!built)

@@ -154,6 +154,14 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
     }
     const glm::ivec2 at = edge_pixel(first + e);
     object_[object_index(at.x, at.y)] = edge.hits[0];
+    if (edge.hit_count == 0 || room_edge(at.x, at.y).empty())
+      continue;
+    std::array<RoomPart, kCoverageSamples> behind;
+    for (std::size_t s = 0; s < behind.size(); ++s) {
+      const std::size_t k = e * kCoverageSamples + s;
+      behind[s] = {room_hits.triangle[k], eye() + room_hits.distance[k] * sample_direction(at.x, at.y, s)};
+    }
+    find_uncovered(mesh, edge, behind);
   }
 }
 

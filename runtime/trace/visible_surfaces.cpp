@@ -191,6 +191,7 @@ void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) 
         bound_block(column, row);
       }
   });
+  find_room_edges(room, mesh);
 }
 
 } // namespace daylit

@@ -23,6 +23,7 @@ struct RoomMesh {
   std::vector<glm::vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
   std::vector<std::uint32_t> source; ///< in the room
+  std::vector<glm::vec3> normals;    ///< of the triangles, unit
 };
 
 /// Where the picture shows one plane of the room and nothing else: there one ray per block of pixels is enough.
@@ -55,6 +56,14 @@ struct RoomHit {
   float depth = 0.0f;                   ///< along the camera's axis, metres
 };
 
+/// One surface of the room of several in a pixel.
+struct RoomPart {
+  std::uint32_t triangle = kNoTriangle; ///< of the room's ray scene
+  glm::vec3 position{0.0f};             ///< on its plane, in the middle of what the pixel shows
+  float fraction = 0.0f;                ///< of the pixel, objects or not
+  float uncovered = 1.0f;               ///< of that: not behind objects
+};
+
 /// Bounding sphere of the room points of one block.
 struct BlockBound {
   glm::vec3 centre{0.0f};
@@ -66,6 +75,8 @@ struct BlockBound {
 /// depth or are turned another way. Positions are metres relative to `origin`.
 class VisibleSurfaces {
 public:
+  static constexpr std::size_t kMostRoomParts = 3; ///< of a pixel
+
   void set_camera(const PinholeCamera& camera, const glm::dvec3& origin);
   /// `mesh`: what `room` was built from.
   void trace_room(const PacketScene& room, const RoomMesh& mesh);
@@ -87,7 +98,12 @@ public:
     const RoomBlock& block = room_[block_index(x / kBlockSide, y / kBlockSide)];
     if (block.first_hit == kPlain)
       return {block.triangle, block.plane.at(static_cast<float>(x), static_cast<float>(y))};
-    return room_hits_[block.first_hit + static_cast<std::size_t>(y % kBlockSide * kBlockSide + x % kBlockSide)];
+    return room_hits_[block.first_hit + in_block(x, y)];
+  }
+  /// Of a pixel that an edge of the room crosses, objects or not; empty for others. A photograph shows their mean.
+  std::span<const RoomPart> room_parts(int x, int y) const {
+    const std::uint32_t edge = edge_of(x, y);
+    return edge != kNoEdge && edges_[edge].hit_count > 0 ? edges_[edge].room_parts.span() : room_edge(x, y);
   }
   /// The first, or only, point of the objects in a pixel.
   const ObjectHit& object(int x, int y) const {
@@ -130,6 +146,15 @@ public:
 private:
   static constexpr std::uint32_t kNoEdge = 0xFFFFFFFFu;
   static constexpr int kMostEdgeHits = 3;
+  struct RoomParts {
+    std::array<RoomPart, kMostRoomParts> part{};
+    std::size_t count = 0;
+    std::span<const RoomPart> span() const { return {part.data(), count}; }
+  };
+  struct RoomEdge {
+    std::uint32_t pixel = 0;
+    RoomParts parts;
+  };
   struct Edge {
     std::uint32_t pixel = 0;
     std::array<ObjectHit, kMostEdgeHits> hits{};
@@ -137,9 +162,13 @@ private:
     std::array<ObjectHit, kCoverageSamples> sample{};
     RoomHit room; ///< at the first uncovered sample
     std::uint8_t room_sample = 0;
+    RoomParts room_parts; ///< where several surfaces of the room show, and an object
   };
   std::size_t block_index(int column, int row) const {
     return static_cast<std::size_t>(row) * block_columns() + column;
+  }
+  static std::size_t in_block(int x, int y) {
+    return static_cast<std::size_t>(y % kBlockSide * kBlockSide + x % kBlockSide);
   }
   /// Of a pixel in the objects' box.
   std::size_t object_index(int x, int y) const {
@@ -172,6 +201,20 @@ private:
   }
   void trace_room_block(const PacketScene& room, int column, int row);
   void bound_block(int column, int row);
+  std::uint32_t room_triangle(int x, int y) const {
+    const RoomBlock& block = room_[block_index(x / kBlockSide, y / kBlockSide)];
+    return block.first_hit == kPlain ? block.triangle : room_hits_[block.first_hit + in_block(x, y)].triangle;
+  }
+  RoomPart room_part(int x, int y) const;
+  bool room_differs(const RoomMesh& mesh, const RoomPart& a, const RoomPart& b) const;
+  bool shows_room_edge(const RoomMesh& mesh, int x, int y) const;
+  void find_room_edges(const PacketScene& room, const RoomMesh& mesh);
+  void find_room_edges(const PacketScene& room, const RoomMesh& mesh, int column, int row,
+                       std::vector<RoomEdge>& found) const;
+  void sample_room_edge(const PacketScene& room, const RoomMesh& mesh, RoomEdge& edge) const;
+  void add_room_sample(const RoomMesh& mesh, RoomParts& parts, const RoomPart& sample) const;
+  std::span<const RoomPart> room_edge(int x, int y) const;
+  void find_uncovered(const RoomMesh& mesh, Edge& edge, std::span<const RoomPart, kCoverageSamples> room) const;
   void trace_object_block(const PacketScene& objects, int x0, int y0);
   bool neighbours_differ(int x, int y) const;
   bool turned(const ObjectHit& a, const ObjectHit& b) const;
@@ -185,9 +228,11 @@ private:
   glm::dvec3 origin_{0.0};
   float pixel_pitch_ = 1.0f; ///< at unit depth
   PixelRays rays_;
-  std::vector<RoomBlock> room_;    ///< per block
-  std::vector<RoomHit> room_hits_; ///< sixteen for every block that is not plain
-  std::vector<ObjectHit> object_;  ///< in the objects' box
+  std::vector<RoomBlock> room_;             ///< per block
+  std::vector<RoomHit> room_hits_;          ///< sixteen for every block that is not plain
+  std::vector<RoomEdge> room_edges_;        ///< ascending pixels
+  std::vector<std::uint32_t> room_edge_of_; ///< of room_hits_
+  std::vector<ObjectHit> object_;           ///< in the objects' box
   std::vector<BlockBound> blocks_;
   std::vector<std::uint8_t> crossed_;        ///< per block: by an edge of the room
   std::vector<RoomHit> corners_;             ///< at the first pixel of every block, one more at the ends
