@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
-  leave_promptly_when_interrupted();
+  const PromptExit at_interrupt;
   openblas_set_num_threads(1); // OpenCV's small systems: starting its threads costs more than they save
   const auto named = std::ranges::find_if(commands, [](const auto& c) { return c.app->parsed(); });
   const int code = run_program("daylit-calibrate", options.json, named->run);

@@ -25,6 +25,7 @@
 #include "scene/core/command_line.h"
 #include "scene/core/output_file.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 #include "scene/volume/volume_file.h"
 
 namespace {
@@ -79,6 +80,7 @@ int check_command(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
+  const PromptExit at_interrupt;
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
     ProgressLine progress(quiet || json);
@@ -390,5 +392,6 @@ int main(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
+  const PromptExit at_interrupt; // what a bake has done is in its checkpoint
   return run_program("daylit-precompute", a.json, [&] { return run(a); });
 }

@@ -13,6 +13,7 @@
 #include "scene/core/command_line.h"
 #include "scene/core/parallel.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 #include "scene/room/dark_room.h"
 #include "scene/sky/direct_sky.h"
 #include "scene/sky/sky.h"
@@ -298,5 +299,6 @@ int main(int argc, char** argv) {
   for (int i = 0; i < argc; ++i)
     a.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
   watch_for_interrupt();
+  const PromptExit at_interrupt;
   return run_program("daylit-probe", a.json, [&] { return run(a); });
 }

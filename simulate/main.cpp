@@ -1,6 +1,7 @@
 // daylit-simulate: rooms, skies and cameras with known truth.
 
 #include "scene/core/command_line.h"
+#include "scene/core/prompt_exit.h"
 #include "simulate/commands.h"
 #include "simulate/photograph_command.h"
 #include "simulate/simulate_command.h"
@@ -260,6 +261,7 @@ int main(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   watch_for_interrupt();
+  const PromptExit at_interrupt;
   set_thread_count(threads);
   irradiance.seed = photographs.seed = hand_held.seed = develop.seed = simulate.seed;
   irradiance.quiet = sky.quiet = photographs.quiet = hand_held.quiet = develop.quiet = simulate.quiet;

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -26,6 +27,7 @@
 #include "scene/config/placement_text.h"
 #include "scene/core/command_line.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 
 namespace daylit {
 namespace {
@@ -166,8 +168,11 @@ Result<void> run(const Options& options) {
   const auto given = read_run_config(options.config);
   if (!given)
     return given.error();
-  if (!given->is_live() || !options.replay.empty())
+  std::optional<PromptExit> at_interrupt; // cameras and recordings are closed in order
+  if (!given->is_live() || !options.replay.empty()) {
     watch_for_reload(false);
+    at_interrupt.emplace();
+  }
   if (!options.replay.empty() && !options.record.empty())
     return Error{ErrorCode::usage, "--record is for cameras, --replay draws what was recorded", options.config,
                  "give one of them"};

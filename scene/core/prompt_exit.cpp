@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <thread>
 #include <unistd.h>
 
 #include "scene/core/program.h"
@@ -15,15 +14,18 @@ using namespace std::chrono_literals;
 constexpr auto kLook = 20ms, kWait = 250ms;
 } // namespace
 
-void leave_promptly_when_interrupted() {
-  std::thread([] {
-    while (!interrupted())
-      std::this_thread::sleep_for(kLook);
-    std::this_thread::sleep_for(kWait);
-    detail::remove_unfinished_files();
-    std::fputs("\ninterrupted\n", stderr);
-    _exit(kExitInterrupted);
-  }).detach();
-}
+PromptExit::PromptExit()
+    : watch_([](const std::stop_token& stop) {
+        auto left = kWait;
+        while (left > 0ms && !stop.stop_requested()) {
+          std::this_thread::sleep_for(kLook);
+          left = interrupted() ? left - kLook : kWait;
+        }
+        if (stop.stop_requested())
+          return;
+        detail::remove_unfinished_files();
+        std::fputs("\ninterrupted\n", stderr);
+        _exit(kExitInterrupted);
+      }) {}
 
 } // namespace daylit
