@@ -4,7 +4,8 @@
 // with weights (true solid angles, in sr); what they are pixels of is the caller's business.
 //
 // Directions with bitwise equal |z| have one set of Legendre functions: in an angular map whose axis is z, eight pixels
-// do. Directions that differ in the signs of x and y only have one sum over the azimuth. Time: (distinct |z|) x degree^2
+// do. Directions that differ in the signs of x and y only have one sum over the azimuth. Time: (distinct |z|) x
+// degree^2
 // + (distinct |x|, |y|, z) x degree. Storage as in sh/transform.h.
 
 #include <memory>

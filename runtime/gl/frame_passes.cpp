@@ -118,7 +118,8 @@ Result<FramePasses> FramePasses::make(const Gl& gl, int map_texels, int samples,
   p.map_texels_ = map_texels;
   p.room_occludes_ = room_occludes;
   const std::string definitions = "#define SAMPLES " + std::to_string(samples) + "\n#define ROOM_OCCLUDES " +
-                                  (room_occludes ? "1" : "0") + "\n#define APART " + std::to_string(kApart) + "\n#define SHARP " + std::to_string(kSharpEdge) + "\n";
+                                  (room_occludes ? "1" : "0") + "\n#define APART " + std::to_string(kApart) +
+                                  "\n#define SHARP " + std::to_string(kSharpEdge) + "\n";
   struct Entry {
     GlProgram* program;
     const char* name;

@@ -69,7 +69,7 @@ private:
   struct Known {
     RoomPatch* patch = nullptr;
     float area_m2 = 0.0f;
-    Rgb lamp{0.0f}; ///< irradiance straight from the lamps
+    Rgb lamp{0.0f};                ///< irradiance straight from the lamps
     std::vector<SeenPatch> around; ///< weights: pi F
   };
   static Rgb irradiance(std::span<const SeenPatch> all, std::span<const SeenPatch> far);

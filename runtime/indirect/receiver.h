@@ -74,8 +74,8 @@ struct LitScene {
                         const glm::dvec3& n) const;
   /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.
   static Rgb before(const Receiver& receiver, const RoomPoint& here);
-  /// Irradiance straight from the sun that the objects keep from point x with normal n: the mean over points of a square
-  /// of that width, for its edges are sharp.
+  /// Irradiance straight from the sun that the objects keep from point x with normal n: the mean over points of a
+  /// square of that width, for its edges are sharp.
   Rgb lost_sun(const glm::dvec3& x, const glm::dvec3& n, double width_m, int points = 4) const;
   /// The light that the sunlit surfaces of the room send to x with normal n (only where `all`, else 0), and what of it
   /// the objects hide.

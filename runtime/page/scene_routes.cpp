@@ -171,8 +171,8 @@ HttpReply made_between_frames(SessionDesk& desk, const Make& make) {
 
 /// Before the first sky: null.
 HttpReply made_under_sky(SessionDesk& desk, std::string (*make)(const Session&, const SkyImage&)) {
-  return made_between_frames(
-      desk, [&](const BetweenFrames& now) { return now.sky ? make(now.session, *now.sky) : "null"; });
+  return made_between_frames(desk,
+                             [&](const BetweenFrames& now) { return now.sky ? make(now.session, *now.sky) : "null"; });
 }
 
 /// Exposed so that all but the brightest fiftieth is below white. Only the copy is made between frames.

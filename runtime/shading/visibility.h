@@ -83,7 +83,7 @@ struct PixelSurface {
   /// Unit normal of an object's facet on that side, at a sharp edge over which the normals run; else zero. Light from
   /// below it is none.
   glm::vec3 sharp_facet{0.0f};
-  bool hidden = false;   ///< of the room: an object close before it covers the pixel, or some of it
+  bool hidden = false; ///< of the room: an object close before it covers the pixel, or some of it
 };
 
 /// Fractions of the open sky's irradiance that a point receives past the room, and past room and objects.

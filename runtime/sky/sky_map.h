@@ -9,10 +9,10 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "scene/sky/sun.h"
 #include "scene/core/result.h"
 #include "scene/image/rgb_image.h"
 #include "scene/sky/sky_image.h"
+#include "scene/sky/sun.h"
 
 namespace daylit {
 

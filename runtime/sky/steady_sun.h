@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "scene/sky/sun.h"
 #include "scene/sky/sky_image.h"
 #include "scene/sky/sky_partition.h"
+#include "scene/sky/sun.h"
 
 namespace daylit {
 

@@ -34,7 +34,7 @@ private:
     float coverage[kLanes] = {};      ///< of the pixel
     std::uint8_t places[kLanes] = {}; ///< of an edge pixel, as in ObjectHit
     std::uint32_t triangle[kLanes] = {};
-    bool below[kLanes] = {}; ///< the sun stands below the facet of a sharp edge
+    bool below[kLanes] = {};         ///< the sun stands below the facet of a sharp edge
     std::uint32_t part[kLanes] = {}; ///< of the frame's row, or kWhole
     ObjectLight light[kLanes];
   };

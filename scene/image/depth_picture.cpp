@@ -15,9 +15,7 @@ namespace {
 
 constexpr double kFarthest_m = 1e9; // what renderers write where there is nothing is further
 
-float depth_or_hole(double z_m) {
-  return z_m > 0.0 && z_m < kFarthest_m ? static_cast<float>(z_m) : 0.0f;
-}
+float depth_or_hole(double z_m) { return z_m > 0.0 && z_m < kFarthest_m ? static_cast<float>(z_m) : 0.0f; }
 
 Result<DepthPicture> from_png(detail::Bytes bytes, const std::string& name, double unit_m) {
   const auto image = detail::decode_png_grey16(bytes, name);

@@ -76,8 +76,8 @@ std::size_t CompactFactors::bytes() const {
 }
 
 std::size_t CompactBasis::bytes() const {
-  return light.bytes() + sizeof(Aggregate) * aggregate.size() + sizeof(float) * (aggregate_weight.size() + light_unit.size()) + nine.bytes() +
-         band4.bytes();
+  return light.bytes() + sizeof(Aggregate) * aggregate.size() +
+         sizeof(float) * (aggregate_weight.size() + light_unit.size()) + nine.bytes() + band4.bytes();
 }
 
 /// A cluster with k components takes k sources numbers of the one factor and 27 k probes of the other.

@@ -149,9 +149,9 @@ struct Kernels {
 
   void (*rotate_columns)(const RotationColumns&);
 
-  /// One direction per lane, in the quadrant cosine, sine >= 0, and its mirror images: values[channel][image] = Re sum_m
-  /// amplitude_m exp(i m phi), image 1 with -cosine, 2 with -sine, 3 with both; and its adjoint, which adds. `row_stride`
-  /// doubles lie between channels.
+  /// One direction per lane, in the quadrant cosine, sine >= 0, and its mirror images: values[channel][image] = Re
+  /// sum_m amplitude_m exp(i m phi), image 1 with -cosine, 2 with -sine, 3 with both; and its adjoint, which adds.
+  /// `row_stride` doubles lie between channels.
   void (*sum_orders)(const double* row, std::size_t row_stride, int channels, int count, const double* cosine,
                      const double* sine, double* values);
   void (*add_orders)(double* row, std::size_t row_stride, int channels, int count, const double* cosine,
