@@ -203,6 +203,8 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const std::vector<float> radiosity =
       of_random_colour(surfaces, columns.random_suns(node_weights(norms2_on_sources(columns), horizon), range), range);
   stages.run([&](ProbeCluster& c) { c.reduce(light, surfaces, gather, radiosity, options.error); });
+  if (stages.stopped())
+    return interrupted_error("fine sky");
 
   const std::vector<double> norm2 =
       norms2_at_probes(clusters, columns, [](const ProbeCluster& c) { return c.seen.expand(c.projected); });

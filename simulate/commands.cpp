@@ -74,6 +74,8 @@ Result<void> answer_directions(const Sky& sky, bool json) {
     std::printf(json ? "{\"radiance\":[%.7g,%.7g,%.7g]}\n" : "%.7g %.7g %.7g\n", static_cast<double>(l.r),
                 static_cast<double>(l.g), static_cast<double>(l.b));
   }
+  if (interrupted())
+    return interrupted_error("stdin");
   return {};
 }
 
@@ -100,6 +102,8 @@ Result<std::vector<Receiver>> read_receivers(std::istream& in, bool with_normal)
     r.normal /= length;
     receivers.push_back(r);
   }
+  if (interrupted())
+    return interrupted_error("stdin");
   return receivers;
 }
 

@@ -13,6 +13,7 @@
 
 #include "scene/material/fresnel.h"
 #include "scene/room/aperture.h"
+#include "scene/room/declared_gloss.h"
 
 namespace daylit {
 
@@ -162,17 +163,13 @@ Result<void> TraceScene::place_object(const ObjectMesh& object, const glm::dmat4
 }
 
 Result<void> TraceScene::declare_glossy(const Room& room, const std::map<std::string, double>& glossy) {
-  for (const auto& [name, mirrored] : glossy)
-    if (std::ranges::none_of(room.materials, [&](const Material& m) { return m.name == name; }))
-      return Error{ErrorCode::not_found, "the room has no material of that name", name, "correct [room] glossy"};
+  const auto declared = declared_gloss(room, glossy);
+  if (!declared)
+    return declared.error();
   std::size_t surface = 0;
-  for (const RoomTriangle& t : room.triangles) {
-    if (room.is_window(t))
-      continue;
-    if (const auto at = glossy.find(room.material(t).name); at != glossy.end())
-      room_surface_[surface].mirrored = static_cast<float>(at->second);
-    ++surface;
-  }
+  for (std::size_t t = 0; t < room.triangles.size(); ++t)
+    if (!room.is_window(room.triangles[t]))
+      room_surface_[surface++].mirrored = (*declared)[t];
   return {};
 }
 

@@ -109,7 +109,7 @@ public:
                                     std::vector<std::string>* notes = nullptr);
 
   /// Surfaces of the room that mirror: the part of light seen face on, by material, as a smooth dielectric before the
-  /// diffuse surface. `room`: what the scene was made of. Error not_found: no such material.
+  /// diffuse surface. `room`: what the scene was made of. Errors of declared_gloss().
   Result<void> declare_glossy(const Room& room, const std::map<std::string, double>& glossy);
 
   const ApertureSampler& apertures() const { return apertures_; }

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/parallel.h"
+#include "scene/room/declared_gloss.h"
 
 namespace daylit {
 
@@ -19,33 +18,22 @@ constexpr double kSamePlane_m = 1e-4, kSameNormal = 1e-6;
 }
 
 Result<RoomMirror> RoomMirror::make(const Room& room, const std::map<std::string, double>& glossy) {
+  auto declared = declared_gloss(room, glossy);
+  if (!declared)
+    return declared.error();
   RoomMirror mirror;
-  mirror.reflectance_.assign(room.triangles.size(), 0.0f);
-  for (const auto& [name, reflectance] : glossy) {
-    std::vector<std::string> known;
-    bool found = false;
-    for (std::size_t t = 0; t < room.triangles.size(); ++t) {
-      const Material& material = room.material(room.triangles[t]);
-      if (std::ranges::find(known, material.name) == known.end())
-        known.push_back(material.name);
-      if (material.name != name || room.is_window(room.triangles[t]))
-        continue;
-      found = true;
-      mirror.reflectance_[t] = static_cast<float>(reflectance);
-      const glm::dvec3 n = area_normal(room, room.triangles[t]);
-      if (glm::length(n) == 0.0)
-        continue;
-      const Plane plane{glm::normalize(n), glm::dot(glm::normalize(n), room.vertices[room.triangles[t].vertex[0]])};
-      if (std::ranges::none_of(mirror.planes_, [&](const Plane& p) {
-            const double side = glm::dot(p.normal, plane.normal);
-            return std::fabs(side) > 1.0 - kSameNormal &&
-                   std::fabs(p.height - std::copysign(plane.height, side * plane.height)) < kSamePlane_m;
-          }))
-        mirror.planes_.push_back(plane);
-    }
-    if (!found)
-      return Error{ErrorCode::value_invalid, fmt::format("the room has no material '{}'", name), "[room] glossy",
-                   fmt::format("its materials are: {}", fmt::join(known, ", "))};
+  mirror.reflectance_ = std::move(*declared);
+  for (std::size_t t = 0; t < room.triangles.size(); ++t) {
+    const glm::dvec3 n = area_normal(room, room.triangles[t]);
+    if (mirror.reflectance_[t] == 0.0f || glm::length(n) == 0.0)
+      continue;
+    const Plane plane{glm::normalize(n), glm::dot(glm::normalize(n), room.vertices[room.triangles[t].vertex[0]])};
+    if (std::ranges::none_of(mirror.planes_, [&](const Plane& p) {
+          const double side = glm::dot(p.normal, plane.normal);
+          return std::fabs(side) > 1.0 - kSameNormal &&
+                 std::fabs(p.height - std::copysign(plane.height, side * plane.height)) < kSamePlane_m;
+        }))
+      mirror.planes_.push_back(plane);
   }
   return mirror;
 }

@@ -64,7 +64,7 @@ void read_cameras(TomlSection& root, SimulateConfig& config) {
     interior.finish();
   }
   if (TomlSection simulate = root.section("simulate")) {
-    simulate.read("samples", config.samples_per_pixel, {1, 1048576});
+    simulate.read("samples", config.samples_per_pixel, {16, 1048576});
     simulate.read("sensor_noise", config.sensor_noise, {0.0, 1.0});
     simulate.read("marker_board", config.marker_board);
     simulate.finish();

@@ -174,9 +174,14 @@ Result<RoomFile> read_room(const std::filesystem::path& path, UpAxis up) {
   const Result<std::vector<std::uint8_t>> bytes = read_whole_file(path, kLargestFile_bytes);
   if (!bytes)
     return bytes.error();
+  if (bytes->empty())
+    return Error{ErrorCode::file_malformed, "the file is empty", path.string(), "export the model again"};
   if (const auto foreign = detail::refuse_foreign_model(path, "OBJ, glTF (.glb or .gltf), .rad or .hbjson"))
     return *foreign;
   const std::string extension = lower_case(path.extension().string());
+  if (extension == ".ply")
+    return Error{ErrorCode::file_malformed, "a room is not read from .ply, which names no materials", path.string(),
+                 "export it as OBJ or glTF"};
   const ReadFile read_file = [&path](const std::string& file) { return read_beneath(path.parent_path(), file); };
   if (extension == ".gltf" || extension == ".glb")
     return parse_gltf_room(*bytes, path.string(), read_file);

@@ -119,8 +119,8 @@ inline std::vector<Sh9Rgb> exact_field(const Case& c, const glm::dvec3& d) {
 }
 
 /// `band4`: not 0: rows of l = 4, as those of the nine in another order and times this.
-inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool distinguished = false,
-                             float band4 = 0) {
+inline Result<CompactBasis> try_compress(const Case& c, double error, const Progress& progress,
+                                         CompactReport* report = nullptr, bool distinguished = false, float band4 = 0) {
   const auto mark = [&](std::span<const std::uint32_t>, std::span<Sight> patches) {
     std::ranges::fill(patches, distinguished ? Sight::of_elements : Sight::of_patch);
   };
@@ -140,8 +140,13 @@ inline CompactBasis compress(const Case& c, double error, CompactReport* report 
             for (*out++ = 0.0f; e < end[k]; ++e)
               out[-1] += band4 * c.weight(point, 8 - m, e);
     };
-  auto basis = compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
-                           {.error = error, .cluster_probes = 40, .part = c.part}, kQuiet, report);
+  return compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
+                     {.error = error, .cluster_probes = 40, .part = c.part}, progress, report);
+}
+
+inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool distinguished = false,
+                             float band4 = 0) {
+  auto basis = try_compress(c, error, kQuiet, report, distinguished, band4);
   EXPECT_TRUE(basis) << basis.error().message();
   return *basis;
 }

@@ -1,5 +1,6 @@
 // The compact basis against the transport it was made from: a smooth synthetic response of points to directions.
 
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -213,6 +214,19 @@ TEST(CompactSky, smaller_errors_cost_more_numbers) {
   EXPECT_LT(fine.rms_error, 0.004);
   EXPECT_LT(coarse.rms_error, 0.13);
   EXPECT_GT(fine.bytes, coarse.bytes);
+}
+
+TEST(CompactSky, ends_at_whatever_step_it_is_told_to) {
+  const Case c = make_case(4);
+  std::atomic<int> all = 0;
+  ASSERT_TRUE(try_compress(c, 0.05, [&](const std::string&, double) { return ++all > 0; }));
+  ASSERT_GE(all, 4);
+  for (int last = 1; last <= all; ++last) {
+    std::atomic<int> calls = 0;
+    const auto stopped = try_compress(c, 0.05, [&](const std::string&, double) { return ++calls < last; });
+    ASSERT_FALSE(stopped) << last;
+    EXPECT_EQ(stopped.error().code, ErrorCode::interrupted);
+  }
 }
 
 TEST(CompactSky, same_bits_for_any_thread_count) {

@@ -373,7 +373,7 @@ TEST_F(ConfigTest, scene_file_reads_the_sky_model_and_round_trips) {
   const auto c = simulate("[sky]\nmodel = \"clear\"\nzenith_radiance = [1, 2, 3]\nground_albedo = 0.1\n"
                           "sun = { azimuth = 90, elevation = 30, normal_irradiance = 500 }\n"
                           "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
-                          "[[object]]\nmodel = \"o.obj\"\n[simulate]\nsamples = 7\n[output]\nsize = [64, 62]\n");
+                          "[[object]]\nmodel = \"o.obj\"\n[simulate]\nsamples = 17\n[output]\nsize = [64, 62]\n");
   ASSERT_TRUE(c) << c.error().message();
   EXPECT_EQ(c->sky_model.kind, SkyModel::Kind::clear);
   ASSERT_TRUE(c->sky_model.sun);

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/core/atomic_file.h"
+#include "scene/room/declared_gloss.h"
 
 namespace daylit {
 namespace {
@@ -210,6 +211,22 @@ TEST(RoomFormats, window_of_illum_7_is_clear_glass_of_index_Ni_and_any_other_is_
     EXPECT_FALSE(read(bad)) << bad;
 }
 
+TEST(RoomFormats, a_declared_gloss_is_found_in_any_case_and_a_wrong_name_lists_the_surfaces) {
+  const auto file =
+      parse_obj_room("mtllib m\n" + kSquare + "usemtl window\nf 1 2 3 4\nusemtl Floor\nf 1 2 3\n", "a.obj",
+                     [](const std::string&) { return Result<std::string>("newmtl Floor\nKd 1 1 1\n"); });
+  ASSERT_TRUE(file) << file.error().message();
+  const auto found = declared_gloss(file->room, {{"floor", 0.1}});
+  ASSERT_TRUE(found) << found.error().message();
+  EXPECT_EQ(*found, (std::vector<float>{0.0f, 0.0f, 0.1f}));
+  for (const char* name : {"flor", "window"}) {
+    const auto wrong = declared_gloss(file->room, {{name, 0.1}});
+    ASSERT_FALSE(wrong) << name;
+    EXPECT_NE(wrong.error().message().find("its materials are \"Floor\""), std::string::npos)
+        << wrong.error().message();
+  }
+}
+
 TEST(RoomFormats, missing_files_are_named) {
   const auto missing = read_room("no/such/room.obj");
   ASSERT_FALSE(missing);
@@ -219,6 +236,18 @@ TEST(RoomFormats, missing_files_are_named) {
   const auto library = read_room(path);
   ASSERT_FALSE(library);
   EXPECT_NE(library.error().message().find("gone.mtl"), std::string::npos) << library.error().message();
+}
+
+TEST(RoomFormats, an_empty_file_and_a_mesh_without_materials_are_called_what_they_are) {
+  for (const auto& [name, text, what] : {std::tuple{"empty.glb", "", "the file is empty"},
+                                         {"empty.obj", "", "the file is empty"},
+                                         {"room.ply", "ply\n", "a room is not read from .ply"}}) {
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / name;
+    ASSERT_TRUE(write_file_atomically(path, text));
+    const auto file = read_room(path);
+    ASSERT_FALSE(file) << name;
+    EXPECT_NE(file.error().message().find(what), std::string::npos) << file.error().message();
+  }
 }
 
 TEST(RoomFormats, a_format_that_is_not_read_is_no_bad_obj) {
