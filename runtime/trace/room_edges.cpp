@@ -1,3 +1,5 @@
+// Pixels in which the room shows several surfaces: what part of each.
+
 #include <algorithm>
 #include <cmath>
 

@@ -143,7 +143,10 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
   detail::read_pose(root.section("pose"), config.run.world_from_camera);
   detail::read_objects(root, config.run.objects);
   detail::read_light(root.section("light"), config.run);
-  detail::read_output(root.section("output"), config.run.output);
+  if (TomlSection output = root.section("output")) { // the files have names of their own
+    output.read_size("size", config.run.output.width_px, config.run.output.height_px);
+    output.finish();
+  }
   root.finish();
   if (config.run.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: the truth would show nothing");

@@ -11,4 +11,7 @@ inline std::string lower_case(std::string name) {
   return name;
 }
 
+/// Names of materials, compared without regard to case.
+inline bool same_name(const std::string& a, const std::string& b) { return lower_case(a) == lower_case(b); }
+
 } // namespace daylit

@@ -42,10 +42,9 @@ const std::string& name_of(const Room& room, const SurfaceBelow& s) {
   return room.material(room.triangles[s.triangle]).name;
 }
 
-bool is_same(const std::string& a, const std::string& b) { return lower_case(a) == lower_case(b); }
-
 bool has_material(const Room& room, const std::string& name) {
-  return std::ranges::any_of(room.materials, [&](const Material& m) { return is_same(m.name, name) && !m.is_window; });
+  return std::ranges::any_of(room.materials,
+                             [&](const Material& m) { return same_name(m.name, name) && !m.is_window; });
 }
 
 /// "below are ..."
@@ -107,8 +106,8 @@ bool is_in_air(const Room& room, const RayScene& rays, const glm::vec3& point) {
 Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const glm::dvec2& place,
                                    const std::string& name, double free_m) {
   const StandingPlaces line(room, rays, place, free_m);
-  const bool lowest = is_same(name, "floor") && !has_material(room, name), any = name.empty() || lowest;
-  const auto wanted = [&](std::size_t k) { return any || is_same(name_of(room, line.all()[k]), name); };
+  const bool lowest = same_name(name, "floor") && !has_material(room, name), any = name.empty() || lowest;
+  const auto wanted = [&](std::size_t k) { return any || same_name(name_of(room, line.all()[k]), name); };
   std::vector<std::size_t> order;
   for (std::size_t k = 1; k < line.all().size(); ++k)
     if (wanted(k))
@@ -141,7 +140,7 @@ Result<glm::dvec2> middle_of(const Room& room, const std::string& name) {
     const glm::dvec3 n = area_normal(room, t),
                      middle = (room.corner(t, 0) + room.corner(t, 1) + room.corner(t, 2)) / 3.0;
     const double size = glm::length(n);
-    if (!is_same(room.material(t).name, name) || room.is_window(t) || !(std::abs(n.z) > kLevel * size))
+    if (!same_name(room.material(t).name, name) || room.is_window(t) || !(std::abs(n.z) > kLevel * size))
       continue;
     if (middle.z > top + kApart_m) {
       top = middle.z;

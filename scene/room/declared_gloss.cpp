@@ -27,7 +27,7 @@ Result<std::vector<float>> declared_gloss(const Room& room, const std::map<std::
   for (const auto& [name, part] : glossy) {
     bool found = false;
     for (std::size_t t = 0; t < mirrored.size(); ++t)
-      if (!room.is_window(room.triangles[t]) && lower_case(room.material(room.triangles[t]).name) == lower_case(name)) {
+      if (!room.is_window(room.triangles[t]) && same_name(room.material(room.triangles[t]).name, name)) {
         mirrored[t] = static_cast<float>(part);
         found = true;
       }

@@ -68,8 +68,7 @@ Result<Material> clear_glass(Material material, const detail::MtlMaterial& mtl, 
 MaterialFile::const_iterator find_material(const MaterialFile& file, const std::string& name, RoomReport& report) {
   if (const auto exact = file.find(name); exact != file.end())
     return exact;
-  const auto similar =
-      std::ranges::find_if(file, [&](const auto& entry) { return lower_case(entry.first) == lower_case(name); });
+  const auto similar = std::ranges::find_if(file, [&](const auto& entry) { return same_name(entry.first, name); });
   if (similar != file.end())
     report.notes.push_back(fmt::format("material \"{}\" is taken to be \"{}\"", name, similar->first));
   return similar;

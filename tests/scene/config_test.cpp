@@ -385,6 +385,19 @@ TEST_F(ConfigTest, scene_file_reads_the_sky_model_and_round_trips) {
   EXPECT_EQ(to_toml(*again), to_toml(*c));
 }
 
+TEST_F(ConfigTest, a_scene_names_no_files_to_write_and_takes_sixteen_paths_at_least) {
+  const std::string scene =
+      "[sky]\nmodel = \"overcast\"\n[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = "
+      "\"r.obj\"\n[[object]]\nmodel = \"o.obj\"\n";
+  EXPECT_TRUE(simulate(scene + "[simulate]\nsamples = 16\n[output]\nsize = [64, 62]\n"));
+  for (const char* wrong : {"[output]\npng = \"a.png\"\n", "[output]\nexr = \"a.exr\"\n",
+                            "[output]\nmask = \"a.exr\"\n", "[simulate]\nsamples = 15\n"}) {
+    const auto c = simulate(scene + wrong);
+    ASSERT_FALSE(c) << wrong;
+    EXPECT_NE(c.error().message().find("line 11"), std::string::npos) << c.error().message();
+  }
+}
+
 TEST_F(ConfigTest, clear_sky_needs_a_sun_above_the_horizon) {
   const std::string rest = "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
                            "[[object]]\nmodel = \"o.obj\"\n";
