@@ -15,7 +15,7 @@ namespace daylit {
 
 namespace {
 
-using Triangle = std::array<glm::dvec3, 3>;
+using Triangle = FirstReflection::Triangle;
 using Element = FirstReflection::Element;
 
 constexpr double kFine = 0.5;  ///< longest edge of a piece, of its distance
@@ -47,7 +47,7 @@ void add(ShRadiance& sum, float weight, const ShRadiance& light) {
 /// pieces are small beside their distance, then by their middles.
 template <class Sees>
 void integrate(const Triangle& t, const glm::dvec3& normal, const glm::dvec3& x, int cuts,
-               const std::function<Rgb(const glm::dvec3&)>& radiance, const Sees& sees, ShRadiance& sum) {
+               const std::function<Rgb(const Triangle&)>& radiance, const Sees& sees, ShRadiance& sum) {
   const glm::dvec3 middle = (t[0] + t[1] + t[2]) / 3.0, way = middle - x;
   const double distance = glm::length(way);
   if (cuts > 0 && longest_edge(t) > kFine * distance) {
@@ -59,7 +59,7 @@ void integrate(const Triangle& t, const glm::dvec3& normal, const glm::dvec3& x,
   const double cosine = -glm::dot(way, normal) / distance;
   if (!(cosine > 0.0))
     return;
-  const Rgb l = radiance(middle);
+  const Rgb l = radiance(t);
   if (l == Rgb(0.0f) || !sees(way))
     return;
   const double area = 0.5 * glm::length(glm::cross(t[1] - t[0], t[2] - t[0]));
@@ -126,7 +126,7 @@ std::vector<FirstReflection::Near> FirstReflection::near(const glm::dvec3& x, do
   return list;
 }
 
-ShRadiance FirstReflection::gather(const glm::dvec3& x, std::span<const Near> list, const RadianceAt& radiance) const {
+ShRadiance FirstReflection::gather(const glm::dvec3& x, std::span<const Near> list, const RadianceOf& radiance) const {
   ShRadiance sum;
   const glm::vec3 from = scene_->to_local(x);
   const auto sees = [&](const glm::dvec3& way) {
@@ -134,7 +134,7 @@ ShRadiance FirstReflection::gather(const glm::dvec3& x, std::span<const Near> li
     return !scene_->occluded(from, glm::vec3(way), off, 1.0f - std::max(off, 1e-4f));
   };
   for (const Near& n : list) {
-    const auto weighted = [&](const glm::dvec3& y) { return n.weight * radiance(n.element, y); };
+    const auto weighted = [&](const Triangle& piece) { return n.weight * radiance(n.element, piece); };
     if (const Element& e = element_[n.element]; glm::dot(x - e.middle, e.normal) > 0.0)
       integrate(e.corner, e.normal, x, kMostCuts, weighted, sees, sum);
   }
@@ -143,7 +143,7 @@ ShRadiance FirstReflection::gather(const glm::dvec3& x, std::span<const Near> li
 
 /// Interpolated probes have the light of those that they lie between.
 void FirstReflection::add_probe(std::uint32_t probe, float weight, std::span<const Near> list,
-                                const RadianceAt& radiance, ShRadiance& sum) const {
+                                const RadianceOf& radiance, ShRadiance& sum) const {
   if (of_[probe][0] == probe) {
     add(sum, weight, gather(probe_[probe], list, radiance));
     return;
@@ -156,7 +156,7 @@ ShRadiance FirstReflection::at_probe(std::uint32_t probe, std::span<const Near> 
                                      std::span<const Rgb> stored) const {
   ShRadiance sum;
   add_probe(
-      probe, 1.0f, list, [&](std::size_t s, const glm::dvec3&) { return stored[s]; }, sum);
+      probe, 1.0f, list, [&](std::size_t s, const Triangle&) { return stored[s]; }, sum);
   return sum;
 }
 
@@ -170,20 +170,20 @@ double FirstReflection::reach(const glm::dvec3& x, std::span<const std::uint32_t
 /// N(x) - sum over probes of w_p N_stored(p), N: light of the near elements.
 ShRadiance FirstReflection::correction(const glm::dvec3& x, std::span<const std::uint32_t> probe,
                                        std::span<const float> weight, std::span<const Rgb> stored,
-                                       const RadianceAt& actual) const {
+                                       const RadianceOf& actual) const {
   const std::vector<Near> list = near(x, reach(x, probe), stored);
   if (list.empty())
     return {};
   ShRadiance sum = gather(x, list, actual);
   for (std::size_t k = 0; k < probe.size(); ++k)
     add_probe(
-        probe[k], -weight[k], list, [&](std::size_t s, const glm::dvec3&) { return stored[s]; }, sum);
+        probe[k], -weight[k], list, [&](std::size_t s, const Triangle&) { return stored[s]; }, sum);
   return sum;
 }
 
 FirstReflection::Exchange FirstReflection::exchange(const glm::dvec3& x, std::span<const std::uint32_t> probe,
                                                     std::span<const float> weight, std::span<const Rgb> lit) const {
-  const auto one = [](std::size_t, const glm::dvec3&) { return Rgb(1.0f); };
+  const auto one = [](std::size_t, const Triangle&) { return Rgb(1.0f); };
   const auto keep = [](std::uint32_t element, const ShRadiance& light, std::vector<Exchange::ToPoint>& list) {
     Exchange::ToPoint kept{element, {}, {}};
     for (std::size_t k = 0; k < 9; ++k) {
@@ -221,7 +221,7 @@ ShRadiance FirstReflection::correction(const Exchange& exchange, std::span<const
 
 std::optional<ShRadiance> FirstReflection::corrected(const LightFieldSampler& sampler, const LightField& field,
                                                      const glm::dvec3& x, std::span<const Rgb> stored,
-                                                     const RadianceAt& actual) const {
+                                                     const RadianceOf& actual) const {
   std::optional<ShRadiance> light = sampler.sample_all(field, x);
   if (!light)
     return light;

@@ -22,11 +22,12 @@ namespace daylit {
 
 class FirstReflection {
 public:
-  /// Radiance (unit of the sky) that an element sends back from a world point of it.
-  using RadianceAt = std::function<Rgb(std::size_t element, const glm::dvec3& point)>;
+  using Triangle = std::array<glm::dvec3, 3>;
+  /// Mean radiance (unit of the sky) that a piece of an element sends back, world metres.
+  using RadianceOf = std::function<Rgb(std::size_t element, const Triangle& piece)>;
 
   struct Element {
-    std::array<glm::dvec3, 3> corner; ///< world metres
+    Triangle corner; ///< world metres
     glm::dvec3 middle{0.0}, normal{0.0};
     double radius_m = 0; ///< of the sphere about the middle that holds the corners; 0: no probe sees it
     Rgb reflectance{0.0f};
@@ -42,7 +43,7 @@ public:
   /// `actual` at the point less `stored` interpolated from the probes, over the elements near the point on which
   /// `stored` is not 0. `weight`: of probes of the volume. Thread-safe.
   ShRadiance correction(const glm::dvec3& world_point, std::span<const std::uint32_t> probe,
-                        std::span<const float> weight, std::span<const Rgb> stored, const RadianceAt& actual) const;
+                        std::span<const float> weight, std::span<const Rgb> stored, const RadianceOf& actual) const;
   /// An element, and how far its light counts.
   struct Near {
     std::uint32_t element;
@@ -56,7 +57,7 @@ public:
   /// The field at the point, as `sampler` of the same volume gives it, with the correction; none where it gives none.
   std::optional<ShRadiance> corrected(const LightFieldSampler& sampler, const LightField& field,
                                       const glm::dvec3& world_point, std::span<const Rgb> stored,
-                                      const RadianceAt& actual) const;
+                                      const RadianceOf& actual) const;
 
   /// What the elements near a point send, of radiance 1: for the light of many skies there.
   struct Exchange {
@@ -75,8 +76,8 @@ public:
 private:
   explicit FirstReflection(const RayScene& scene) : scene_(&scene) {}
   double reach(const glm::dvec3& point, std::span<const std::uint32_t> probe) const;
-  ShRadiance gather(const glm::dvec3& point, std::span<const Near> list, const RadianceAt& radiance) const;
-  void add_probe(std::uint32_t probe, float weight, std::span<const Near> list, const RadianceAt& radiance,
+  ShRadiance gather(const glm::dvec3& point, std::span<const Near> list, const RadianceOf& radiance) const;
+  void add_probe(std::uint32_t probe, float weight, std::span<const Near> list, const RadianceOf& radiance,
                  ShRadiance& sum) const;
 
   const RayScene* scene_;

@@ -13,14 +13,21 @@ namespace daylit {
 
 namespace {
 
-constexpr int kSunPoints = 64;
-/// Of them each point of a surface takes every fourth: 25 m from its window a patch has a penumbra of 0.2 m.
-constexpr std::size_t kStep = 4;
+constexpr int kSunPoints = 64; ///< of the sun's disc and of each piece of a patch,
+constexpr int kFewPoints = 16; ///< of them where all are lit alike
 
-/// One of `count`, by the coordinates' digits: points of a surface that lie close together take different ones.
-std::size_t choice(const glm::dvec3& p, std::size_t count) {
-  const double x = 7919.13 * p.x + 10472.97 * p.y + 15485.63 * p.z;
-  return std::min(count - 1, static_cast<std::size_t>((x - std::floor(x)) * static_cast<double>(count)));
+/// k-th of the points that fill a triangle evenly: the additive recurrence of the plastic number (Roberts 2018), folded
+/// into the triangle, turned by the triangle's place so that pieces side by side take different ones.
+glm::dvec3 point_of(const FirstReflection::Triangle& t, int k) {
+  const double turn = glm::dot(t[0], glm::dvec3(7919.13, 10472.97, 15485.63));
+  double u = turn + 0.7548776662466927 * k, v = 0.37 * turn + 0.5698402909980532 * k;
+  u -= std::floor(u);
+  v -= std::floor(v);
+  if (u + v > 1.0) {
+    u = 1.0 - u;
+    v = 1.0 - v;
+  }
+  return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
 }
 
 } // namespace
@@ -62,30 +69,41 @@ void IndirectLight::add_surfaces(std::span<const Rgb> node_radiance, const std::
   lit_ = std::make_shared<const LitSurfaces>(std::move(lit));
 }
 
-/// L = L_sky + reflectance E / pi, E: mean of cos T over the sun's points that are seen, T: panes on the way.
-Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const glm::dvec3& point) const {
+/// cos T V: V the surfaces of the room, T the panes on the way.
+Rgb IndirectLight::sunlit(const LitSurfaces& lit, const FirstReflection::Element& e, const glm::dvec3& point,
+                          const glm::dvec3& to_sun) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
+  const double cosine = glm::dot(to_sun, e.normal);
+  const glm::dvec3 from = point + 4.0 * static_cast<double>(scene_->surface_offset()) * e.normal;
+  if (cosine <= 0.0 ||
+      scene_->occluded(scene_->to_local(from), glm::vec3(to_sun), 0.0f, std::numeric_limits<float>::infinity()))
+    return Rgb(0.0f);
+  return static_cast<float>(cosine) * lit.crossings.met(from, to_sun, kFar).transmittance;
+}
+
+/// L = L_sky + reflectance E / pi, E: mean of cos T V over points of the piece, each with its own of the sun's disc.
+Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const FirstReflection::Triangle& piece) const {
   const FirstReflection::Element& e = lit.elements.elements()[element];
-  const Rgb of_sky = lit.of_sky.at(element, e, point);
+  const Rgb of_sky = lit.of_sky.at(element, e, (piece[0] + piece[1] + piece[2]) / 3.0);
   if (lit.sunlit.empty() || !lit.sunlit[element])
     return of_sky;
-  const glm::dvec3 from = point + 4.0 * static_cast<double>(scene_->surface_offset()) * e.normal;
   Rgb sum(0.0f);
-  for (std::size_t k = choice(point, kStep); k < lit.direction.size(); k += kStep) {
-    const glm::dvec3& d = lit.direction[k];
-    const double cosine = glm::dot(d, e.normal);
-    if (cosine > 0.0 && !scene_->occluded(scene_->to_local(from), glm::vec3(d), 0.0f, static_cast<float>(kFar)))
-      sum += static_cast<float>(cosine) * lit.crossings.met(from, d, kFar).transmittance;
+  int seen = 0, count = 0;
+  for (; count < kSunPoints && (count != kFewPoints || (seen > 0 && seen < count)); ++count) {
+    const Rgb light =
+        sunlit(lit, e, point_of(piece, count), lit.direction[static_cast<std::size_t>(37 * count % kSunPoints)]);
+    sum += light;
+    seen += light != Rgb(0.0f);
   }
-  return of_sky + sum * e.reflectance * lit.normal_irradiance *
-                      (static_cast<float>(kStep) / static_cast<float>(kSunPoints) / std::numbers::pi_v<float>);
+  return of_sky + sum * e.reflectance * lit.normal_irradiance / (static_cast<float>(count) * std::numbers::pi_v<float>);
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {
   if (!lit_)
     return sampler_.sample_all(field_, p);
-  return lit_->elements.corrected(sampler_, field_, p, lit_->stored,
-                                  [&](std::size_t element, const glm::dvec3& y) { return sent(*lit_, element, y); });
+  return lit_->elements.corrected(
+      sampler_, field_, p, lit_->stored,
+      [&](std::size_t element, const FirstReflection::Triangle& piece) { return sent(*lit_, element, piece); });
 }
 
 } // namespace daylit

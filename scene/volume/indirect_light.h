@@ -37,7 +37,9 @@ private:
   IndirectLight(const BasisVolume& volume, const RayScene& scene, LightFieldSampler sampler)
       : volume_(&volume), scene_(&scene), sampler_(std::move(sampler)) {}
   void add_surfaces(std::span<const Rgb> node_radiance, const std::optional<SunDisc>& sun);
-  Rgb sent(const LitSurfaces& lit, std::size_t element, const glm::dvec3& point) const;
+  Rgb sunlit(const LitSurfaces& lit, const FirstReflection::Element& element, const glm::dvec3& point,
+             const glm::dvec3& to_sun) const;
+  Rgb sent(const LitSurfaces& lit, std::size_t element, const FirstReflection::Triangle& piece) const;
 
   const BasisVolume* volume_;
   const RayScene* scene_;

@@ -50,7 +50,7 @@ struct Sheet {
   ShRadiance sent(const glm::dvec3& x, float radiance) const {
     return FirstReflection::make(volume, scene)
         ->correction(x, {}, {}, std::vector<Rgb>(2, Rgb(1.0f)),
-                     [&](std::size_t, const glm::dvec3&) { return Rgb(radiance); });
+                     [&](std::size_t, const FirstReflection::Triangle&) { return Rgb(radiance); });
   }
 };
 
@@ -86,7 +86,7 @@ TEST(FirstReflection, light_as_it_is_stored_needs_no_correction_at_a_probe) {
   const std::array<float, 1> weight{1.0f};
   const ShRadiance left = FirstReflection::make(sheet.volume, sheet.scene)
                               ->correction(glm::dvec3(sheet.volume.probes.positions[2]), probe, weight, stored,
-                                           [&](std::size_t e, const glm::dvec3&) { return stored[e]; });
+                                           [&](std::size_t e, const FirstReflection::Triangle&) { return stored[e]; });
   for (std::size_t k = 0; k < 9; ++k) {
     EXPECT_EQ(left.nine[k], Rgb(0.0f));
     EXPECT_EQ(left.band4[k], Rgb(0.0f));
@@ -97,7 +97,7 @@ TEST(FirstReflection, an_interpolated_probe_has_the_light_of_those_beside_it) {
   const Sheet sheet;
   const auto surfaces = FirstReflection::make(sheet.volume, sheet.scene);
   const std::vector<Rgb> stored(2, Rgb(1.0f));
-  const auto none = [](std::size_t, const glm::dvec3&) { return Rgb(0.0f); };
+  const auto none = [](std::size_t, const FirstReflection::Triangle&) { return Rgb(0.0f); };
   const auto of = [&](std::vector<std::uint32_t> probe, std::vector<float> weight) {
     return surfaces->correction(kAbove, probe, weight, stored, none).nine;
   };
@@ -114,7 +114,7 @@ TEST(FirstReflection, an_exchange_gives_the_correction_of_elements_that_are_lit_
   const std::array<float, 3> weight{0.5f, 0.2f, 0.3f};
   const std::vector<Rgb> stored{Rgb(2.0f, 1.0f, 0.5f), Rgb(5.0f, 6.0f, 7.0f)}, actual{Rgb(3.0f), Rgb(1.0f, 2.0f, 4.0f)};
   const ShRadiance wanted =
-      surfaces->correction(kAbove, probe, weight, stored, [&](std::size_t e, const glm::dvec3&) { return actual[e]; });
+      surfaces->correction(kAbove, probe, weight, stored, [&](std::size_t e, const FirstReflection::Triangle&) { return actual[e]; });
   const auto exchange = surfaces->exchange(kAbove, probe, weight, stored);
   const ShRadiance got = FirstReflection::correction(exchange, stored, actual);
   EXPECT_GT(std::abs(wanted.nine[0].g), 0.1f);
