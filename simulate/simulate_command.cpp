@@ -52,13 +52,6 @@ Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const 
   return all;
 }
 
-Result<MarkerBoard> board_of(const MarkerConfig& marker) {
-  if (marker.dictionary != "6X6_250" || marker.ids != std::vector<int>{23})
-    return Error{ErrorCode::value_invalid, "only marker 23 of 6X6_250 can be printed", "[marker]",
-                 "use ids = [23], or marker_board = false"};
-  return MarkerBoard::printed(marker);
-}
-
 Result<SkyLight> sky_light(const SimulateConfig& config) {
   if (!config.has_sky_picture())
     return SkyLight(config.sky_model);
@@ -78,12 +71,8 @@ Result<TraceScene> build_scene(const SimulateConfig& config) {
   if (!object)
     return object.error();
   std::optional<MarkerBoard> board;
-  if (config.marker_board) {
-    const auto made = board_of(*config.run.marker);
-    if (!made)
-      return made.error();
-    board = *made;
-  }
+  if (config.marker_board)
+    board = MarkerBoard::printed(*config.run.marker);
   const auto sky = sky_light(config);
   if (!sky)
     return sky.error();
