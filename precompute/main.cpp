@@ -79,7 +79,6 @@ int check_command(int argc, char** argv) {
   app.add_flag("--json", json, "the report as one JSON object");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt;
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
@@ -335,6 +334,7 @@ void add_probe_options(CLI::App& app, Arguments& a) {
 
 /// Options of a bake; `check` has its own (check_command).
 int main(int argc, char** argv) {
+  watch_for_interrupt(); // first: an interrupt may come at once
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return check_command(argc - 1, argv + 1);
   Arguments a;
@@ -391,7 +391,6 @@ int main(int argc, char** argv) {
   app.add_flag("--json", a.json, "the report as JSON on stdout");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt; // what a bake has done is in its checkpoint
   return run_program("daylit-precompute", a.json, [&] { return run(a); });
 }
