@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/lower_case.h"
@@ -57,11 +58,18 @@ std::string said_below(const Room& room, const std::vector<SurfaceBelow>& surfac
                            : fmt::format("below are \"{}\"", fmt::join(names, "\", \""));
 }
 
+/// On the border of the model rounding decides whether a vertical line meets it: such a place counts as just inside.
+glm::dvec2 off_the_border(const glm::dvec2& place, const Bounds& bounds) {
+  const glm::dvec2 inside = glm::clamp(place, glm::dvec2(bounds.min) + kApart_m, glm::dvec2(bounds.max) - kApart_m);
+  return glm::length(inside - place) < 2.0 * kApart_m ? inside : place;
+}
+
 /// Surfaces of one vertical line on which something can stand, highest first.
 class StandingPlaces {
 public:
   StandingPlaces(const Room& room, const RayScene& rays, const glm::dvec2& place, double free_m)
-      : room_(room), rays_(rays), place_(place), free_m_(free_m), all_(surfaces_along(rays, room.bounds(), place)) {}
+      : room_(room), rays_(rays), place_(off_the_border(place, room.bounds())), free_m_(free_m),
+        all_(surfaces_along(rays, room.bounds(), place_)) {}
 
   const std::vector<SurfaceBelow>& all() const { return all_; }
   /// Is there air of the wanted height above surface k? Above the first one is the sky.

@@ -86,6 +86,23 @@ TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
       << outside.error().message();
 }
 
+/// Rounding decides whether a vertical line there meets a face.
+TEST(PlacingAtEdges, a_place_on_an_edge_of_the_room_is_a_place_in_it_at_every_edge) {
+  for (const glm::dvec3& size : {glm::dvec3(4, 5, 2.8), glm::dvec3(4.2, 3.1, 2.7), glm::dvec3(3.33, 7.77, 3.1)}) {
+    test::RoomBuilder b;
+    const glm::dvec3 low(0.1, 0, 0);
+    b.box(low, low + size, b.material("wall"), 0b111110);
+    b.box(low + glm::dvec3(0, 0, size.z), low + size + glm::dvec3(0, 0, 0.3), b.material("roof"));
+    const RayScene rays = *RayScene::build(b.room);
+    for (const glm::dvec2& part : {glm::dvec2(0, 0.3), {1, 0.3}, {0.3, 0}, {0.3, 1}, {0, 0}, {1, 1}, {0, 1}, {1, 0}}) {
+      const auto found = surface_below(b.room, rays, glm::dvec2(low) + part * glm::dvec2(size), "", 0.2);
+      ASSERT_TRUE(found) << size.x << ": " << part.x << " " << part.y << ": " << found.error().message();
+      EXPECT_NEAR(found->height_m, 0.0, 1e-5) << size.x << ": " << part.x << " " << part.y;
+    }
+    EXPECT_FALSE(surface_below(b.room, rays, {low.x - 0.01, 1.0}, "", 0.2));
+  }
+}
+
 TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_scaled) {
   const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
   for (const glm::dvec3& turn :
