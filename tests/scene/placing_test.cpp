@@ -149,6 +149,33 @@ TEST_F(Placing, without_a_place_it_stands_in_the_middle_of_the_surface) {
   EXPECT_FALSE(set_down(object, WeighedMesh(mesh), room_, rays_));
 }
 
+/// "wall" is a block inside and a chimney outside, which is higher; "shell" is the roof alone.
+TEST(PlacingByName, by_the_name_of_a_material_it_stands_inside_the_room_or_is_reported_on_the_roof) {
+  ObjectConfig object = on("wall", 0, 0);
+  object.on->has_place = false;
+  const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
+  test::RoomBuilder b;
+  const std::uint32_t wall = b.material("wall"), shell = b.material("shell"), floor = b.material("parquet");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 0b001110);
+  b.box({0, 0, 0}, {4, 4, 3}, floor, 0b010000);
+  b.box({-3, 0, 3}, {4, 4, 3.4}, shell);       // its middle is beside the room
+  b.box({3, 3, 0}, {3.5, 3.5, 0.75}, wall);    // a block inside
+  b.box({-2, 1, 1.5}, {-1.6, 1.4, 3.6}, wall); // a chimney outside, the highest of all
+  const RayScene rays = *RayScene::build(b.room);
+  const auto placed = set_down(object, WeighedMesh(mesh), b.room, rays);
+  ASSERT_TRUE(placed) << placed.error().message();
+  EXPECT_LT(glm::length(placed->position - glm::dvec3(3.15, 3.15, 0.75)), 1e-5) << placed->position.z;
+  EXPECT_TRUE(standing_warnings(*placed, WeighedMesh(mesh), b.room, rays).empty());
+  object.on->surface = "shell";
+  const auto above = set_down(object, WeighedMesh(mesh), b.room, rays);
+  ASSERT_TRUE(above) << above.error().message();
+  EXPECT_NEAR(above->position.z, 3.4, 1e-5);
+  b.room.triangles.resize(b.room.triangles.size() - 12); // no chimney: the roof is the highest
+  const auto warned = standing_warnings(*above, WeighedMesh(mesh), b.room, *RayScene::build(b.room));
+  ASSERT_EQ(warned.size(), 1u);
+  EXPECT_NE(warned[0].find("may be its roof: \"shell\" has no place below a ceiling"), std::string::npos) << warned[0];
+}
+
 TEST_F(Placing, an_object_that_would_tip_or_is_cut_by_the_room_is_reported) {
   const auto warnings = [&](const ObjectMesh& mesh, double x, double y) {
     const auto placed = set_down(on("table", x, y), WeighedMesh(mesh), room_, rays_);
