@@ -281,6 +281,8 @@ Result<void> run(const Arguments& a) {
       precompute::Checkpoint::open(checkpoint_path, checksum64(std::as_bytes(std::span(identity))), a.resume);
   if (!checkpoint)
     return checkpoint.error();
+  if (const std::string& note = (*checkpoint)->note(); !note.empty() && !a.quiet)
+    std::fprintf(stderr, "%s\n", note.c_str());
   Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *model, **checkpoint, progress.callback())
                                        : bake_as_planned(a, *request, *model, std::move(*plan), **checkpoint, progress);
   if (!baked)
