@@ -38,10 +38,10 @@ Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const 
   return all;
 }
 
-Result<SkyLight> sky_light(const SimulateConfig& config) {
+Result<SkyLight> sky_light(const SimulateConfig& config, std::vector<std::string>* notes) {
   if (!config.has_sky_picture())
     return SkyLight(config.sky_model);
-  auto picture = read_sky(config.run.sky);
+  auto picture = read_sky(config.run.sky, notes);
   if (!picture)
     return picture.error();
   return SkyLight(std::make_shared<const SkyImage>(*std::move(picture)));
@@ -59,7 +59,7 @@ Result<TraceScene> build_scene(const SimulateConfig& config, std::vector<std::st
   std::optional<MarkerBoard> board;
   if (config.marker_board)
     board = MarkerBoard::printed(*config.run.marker);
-  const auto sky = sky_light(config);
+  const auto sky = sky_light(config, warnings);
   if (!sky)
     return sky.error();
   auto scene = TraceScene::of_room(room->room, *sky, &*object, glm::dmat4(1.0), board);

@@ -9,7 +9,8 @@
 
 namespace daylit {
 
-/// The room, objects, marker board and light of a scene file, to trace. `warnings`: standing_warnings() of the objects.
+/// The room, objects, marker board and light of a scene file, to trace. `warnings`: standing_warnings() of the objects,
+/// and what reading a sky picture had to say.
 Result<TraceScene> build_scene(const SimulateConfig& config, std::vector<std::string>* warnings = nullptr);
 
 } // namespace daylit
