@@ -23,7 +23,7 @@ Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const 
   if (!rays)
     return rays.error();
   for (const ObjectConfig& given : objects) {
-    auto mesh = read_object(given);
+    auto mesh = read_object(given, warnings);
     if (!mesh)
       return mesh.error();
     const WeighedMesh weighed(*mesh);
