@@ -42,6 +42,7 @@ constexpr bench::AddCommand kCommands[] = {
 } // namespace
 
 int main(int argc, char** argv) {
+  watch_for_interrupt(); // first: an interrupt may come at once
   CLI::App app{"Run time against error, measured in one run.\nExample: daylit-bench sh -o sh.json"};
   app.set_version_flag("--version", DAYLIT_VERSION);
   app.fallthrough();
@@ -56,7 +57,6 @@ int main(int argc, char** argv) {
     commands.push_back(add(app));
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   set_thread_count(options.threads);
   return run_program("daylit-bench", options.json, [&]() -> Result<void> {
     for (const bench::Command& command : commands)

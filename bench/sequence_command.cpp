@@ -18,10 +18,10 @@
 #include "runtime/session/session.h"
 #include "scene/room/room_formats.h"
 #include "scene/volume/volume_file.h"
+#include "simulate/build_scene.h"
 #include "simulate/picture.h"
 #include "simulate/picture_error.h"
 #include "simulate/sample_scene.h"
-#include "simulate/simulate_command.h"
 
 namespace daylit::bench {
 

@@ -9,6 +9,7 @@
 
 int main(int argc, char** argv) {
   using namespace daylit;
+  watch_for_interrupt(); // first: an interrupt may come at once
   calibration::CommonOptions options;
   for (int i = 0; i < argc; ++i)
     options.command_line += (i ? " " : "") + std::string(i ? argv[i] : "daylit-calibrate");
@@ -28,7 +29,6 @@ int main(int argc, char** argv) {
   commands.push_back(calibration::add_print_command(app, options));
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt;
   openblas_set_num_threads(1); // OpenCV's small systems: starting its threads costs more than they save
   const auto named = std::ranges::find_if(commands, [](const auto& c) { return c.app->parsed(); });

@@ -74,6 +74,10 @@ Result<void> Checkpoint::read_existing() {
     records_[{static_cast<Stage>(head.stage), head.part, head.index}] = {data, head.bytes};
     end = data + static_cast<long>(head.bytes);
   }
+  if (records_.empty())
+    note_ = path_.string() + " holds nothing that can be used: the bake starts anew";
+  else if (static_cast<std::uint64_t>(end) < size)
+    note_ = path_.string() + " is cut short or damaged: what is lost of it is computed again";
   if (std::fseek(file_, end, SEEK_SET) != 0 || ::ftruncate(::fileno(file_), end) != 0)
     return Error{ErrorCode::io, "cannot write the checkpoint", path_.string(),
                  "check permissions, or run without --resume"};

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 
 #include "radiosity/work_store.h"
 #include "scene/core/output_file.h"
@@ -35,6 +36,8 @@ public:
   /// The bake is done: removes the file.
   void remove();
   std::size_t records_found() const { return records_.size(); }
+  /// What a user is told of a file that is not whole; else empty.
+  const std::string& note() const { return note_; }
 
 private:
   struct Extent {
@@ -49,6 +52,7 @@ private:
   std::uint64_t identity_;
   std::FILE* file_ = nullptr;
   std::map<Name, Extent> records_;
+  std::string note_;
   std::mutex mutex_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   bool broken_ = false;

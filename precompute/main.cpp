@@ -79,7 +79,6 @@ int check_command(int argc, char** argv) {
   app.add_flag("--json", json, "the report as one JSON object");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt;
   return run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
@@ -282,6 +281,8 @@ Result<void> run(const Arguments& a) {
       precompute::Checkpoint::open(checkpoint_path, checksum64(std::as_bytes(std::span(identity))), a.resume);
   if (!checkpoint)
     return checkpoint.error();
+  if (const std::string& note = (*checkpoint)->note(); !note.empty() && !a.quiet)
+    std::fprintf(stderr, "%s\n", note.c_str());
   Result<Outcome> baked = all_given(a) ? bake_as_given(a, *request, *model, **checkpoint, progress.callback())
                                        : bake_as_planned(a, *request, *model, std::move(*plan), **checkpoint, progress);
   if (!baked)
@@ -335,6 +336,7 @@ void add_probe_options(CLI::App& app, Arguments& a) {
 
 /// Options of a bake; `check` has its own (check_command).
 int main(int argc, char** argv) {
+  watch_for_interrupt(); // first: an interrupt may come at once
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return check_command(argc - 1, argv + 1);
   Arguments a;
@@ -391,7 +393,6 @@ int main(int argc, char** argv) {
   app.add_flag("--json", a.json, "the report as JSON on stdout");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt; // what a bake has done is in its checkpoint
   return run_program("daylit-precompute", a.json, [&] { return run(a); });
 }

@@ -277,6 +277,7 @@ void add_output_options(CLI::App& app, Arguments& a) {
 } // namespace
 
 int main(int argc, char** argv) {
+  watch_for_interrupt(); // first: an interrupt may come at once
   Arguments a;
   CLI::App app{
       "Light at points of a room under a sky. Reads `x y z nx ny nz` per line (metres, z up) and prints the\n"
@@ -298,7 +299,6 @@ int main(int argc, char** argv) {
   a.coefficients = a.coefficients || a.layout;
   for (int i = 0; i < argc; ++i)
     a.command_line += (i > 0 ? " " : "") + std::string(argv[i]);
-  watch_for_interrupt();
   const PromptExit at_interrupt;
   return run_program("daylit-probe", a.json, [&] { return run(a); });
 }

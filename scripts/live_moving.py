@@ -56,7 +56,8 @@ def draw_once(folder, k):
 
 
 def rms(errors, part, what="relative_rms"):
-    return 100 * math.sqrt(sum(e[part][what] ** 2 for e in errors) / len(errors))
+    values = [e[part][what] for e in errors if e[part][what] is not None]  # none where no pixel shows that part
+    return 100 * math.sqrt(sum(v ** 2 for v in values) / len(values)) if values else math.nan
 
 
 def measure(folder, scene, sky, room, white, pictures):

@@ -174,9 +174,17 @@ RgbImage zoomed(const RgbImage& image, const RgbImage& coverage, int zoom) {
   return out;
 }
 
+/// Another comparison may be replaced; a picture of the run, a PNG too, only with --force.
+Result<void> check_comparison(const CompareArguments& a, const std::string& frame) {
+  std::error_code absent;
+  for (const char* name : {"depth", "interior", "mask", "result", "sky", "truth"})
+    if (!a.force && std::filesystem::equivalent(a.output, a.folder / (name + frame + ".png"), absent))
+      return Error{ErrorCode::value_invalid, "the file to write is a picture of the run that is compared",
+                   a.output.string(), "give another name, or --force to replace it"};
+  return check_output(a.output, kPngKind, a.force);
+}
+
 Result<void> write_comparison(const CompareArguments& a, const PictureErrorInput& in) {
-  if (const auto writable = check_output(a.output, kPngKind, a.force); !writable)
-    return writable;
   const float exposure = preview_exposure(in.room);
   const auto shown = [&](const RgbImage& image, float scale) {
     return to_srgb8(a.zoom > 0 ? zoomed(image, in.coverage, a.zoom) : image, scale);
@@ -186,36 +194,55 @@ Result<void> write_comparison(const CompareArguments& a, const PictureErrorInput
   return write_png(a.output, side_by_side(pictures));
 }
 
+/// A picture of the folder; `maker` is the program that writes it.
+Result<void> read_of_run(const std::filesystem::path& path, const std::string& maker, RgbImage& image) {
+  const auto read = read_into(path, image);
+  if (read || read.error().code != ErrorCode::file_missing)
+    return read;
+  return Error{ErrorCode::file_missing, read.error().what, path.string(), maker};
+}
+
+Result<void> read_compared(const CompareArguments& a, const std::string& frame, PictureErrorInput& in) {
+  const std::string simulate = "daylit-simulate SCENE.toml -o " + a.folder.string() + " writes it";
+  const std::pair<const char*, RgbImage*> truth[] = {
+      {"truth", &in.truth}, {"interior", &in.room}, {"mask", &in.coverage}, {"se", &in.standard_error.emplace()}};
+  for (const auto& [name, image] : truth)
+    if (const auto read = read_of_run(a.folder / (name + frame + ".exr"), simulate, *image); !read)
+      return read;
+  const auto result = a.result.empty() ? a.folder / ("result" + frame + ".exr") : a.result;
+  const auto config = a.folder / ("CONFIG" + frame + ".toml");
+  const std::string run = a.result.empty() ? "run daylit-run " + config.string() + " first, or give --result" : "";
+  if (const auto read = read_of_run(result, run, in.result); !read)
+    return read;
+  auto mask = a.result_mask;
+  if (const auto beside = a.folder / ("result-mask" + frame + ".exr");
+      mask.empty() && a.result.empty() && std::filesystem::exists(beside))
+    mask = beside;
+  if (!mask.empty())
+    if (const auto read = read_into(mask, in.result_coverage.emplace()); !read)
+      return read;
+  return a.second_truth.empty() ? Result<void>() : read_into(a.second_truth, in.second_truth.emplace());
+}
+
 } // namespace
 
 Result<void> run_compare(const CompareArguments& a) {
+  if (!a.output.empty() && a.output.extension() != ".png")
+    return Error{ErrorCode::usage, "the comparison is a PNG picture", a.output.string(),
+                 "give a name that ends in .png"};
+  const std::string frame = a.frame == 0 ? "" : fmt::format("_{:04}", a.frame);
   PictureErrorInput in;
-  const std::string suffix = (a.frame == 0 ? "" : fmt::format("_{:04}", a.frame)) + ".exr";
-  const std::filesystem::path result = a.result.empty() ? a.folder / ("result" + suffix) : a.result;
-  const std::pair<std::filesystem::path, RgbImage*> files[] = {
-      {result, &in.result},
-      {a.folder / ("truth" + suffix), &in.truth},
-      {a.folder / ("interior" + suffix), &in.room},
-      {a.folder / ("mask" + suffix), &in.coverage},
-      {a.folder / ("se" + suffix), &in.standard_error.emplace()}};
-  for (const auto& [path, image] : files)
-    if (const auto read = read_into(path, *image); !read)
-      return read;
-  const std::filesystem::path beside = a.folder / ("result-mask" + suffix);
-  const bool has_mask = !a.result_mask.empty() || (a.result.empty() && std::filesystem::exists(beside));
-  if (has_mask)
-    if (const auto read = read_into(a.result_mask.empty() ? beside : a.result_mask, in.result_coverage.emplace());
-        !read)
-      return read;
-  if (!a.second_truth.empty())
-    if (const auto read = read_into(a.second_truth, in.second_truth.emplace()); !read)
-      return read;
+  if (const auto read = read_compared(a, frame, in); !read)
+    return read;
   const auto error = measure_picture_error(in);
   if (!error)
     return error.error();
-  if (!a.output.empty())
+  if (!a.output.empty()) {
+    if (const auto writable = check_comparison(a, frame); !writable)
+      return writable;
     if (const auto written = write_comparison(a, in); !written)
       return written;
+  }
   std::printf("%s%s", (a.json ? to_json(*error) : to_text(*error)).c_str(), a.json ? "\n" : "");
   return {};
 }

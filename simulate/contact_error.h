@@ -11,7 +11,7 @@ namespace daylit {
 /// Luminance over the contact band: pixels that show nothing of the object and lie within kContactBand_px of one that
 /// does. Both pictures are smoothed over the room's pixels by blur_within(), which noise needs.
 struct ContactError {
-  std::size_t pixels = 0;
+  std::size_t pixels = 0;    ///< 0: no such pixel, or all black; the numbers below say nothing
   double relative_rms = 0.0; ///< of the difference / mean of the truth there
   double bias = 0.0;         ///< mean of the difference / mean of the truth there
   /// Of single pixels: largest and smallest difference / truth, or a quarter of the band's mean where that is more.

@@ -232,6 +232,7 @@ Result<void> run(const Chosen& chosen, const IrradianceArguments& i, const Compa
 } // namespace
 
 int main(int argc, char** argv) {
+  watch_for_interrupt(); // first: an interrupt may come at once
   CLI::App app{
       "Simulates rooms under daylight by path tracing: the pictures that cameras would record, and the truth.\n"
       "Example: daylit-simulate --demo overcast -o out"};
@@ -260,7 +261,6 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   const PromptExit at_interrupt;
   set_thread_count(threads);
   irradiance.seed = photographs.seed = hand_held.seed = develop.seed = simulate.seed;

@@ -197,8 +197,6 @@ Result<void> run_photographs(const PhotographsArguments& a) {
   if (lens->width_px == 0 || static_cast<double>(lens->width_px) * lens->height_px > kMostRays)
     return Error{ErrorCode::value_invalid, "a simulated camera needs image_width and image_height, at most 67 Mpixels",
                  a.lens.string(), "add both to the lens file"};
-  std::error_code failed;
-  std::filesystem::create_directories(a.folder, failed);
   const Field field(*lens);
   const RayGrid rays(*lens);
   std::mt19937 random(a.seed);
@@ -213,6 +211,8 @@ Result<void> run_photographs(const PhotographsArguments& a) {
                    "a smaller --part, or a larger --distance"};
     const std::string name = fmt::format("photograph-{:02}{}", v, extension_of(a.format));
     const RgbImage light = photograph(a, *print, *lens, rays, *pose, a.seed + static_cast<std::uint32_t>(v));
+    std::error_code failed; // of a folder that cannot be made, writing says why
+    std::filesystem::create_directories(a.folder, failed);
     if (const Result<void> written = write_camera_file(a.folder / name, light, a.format); !written)
       return written;
     const auto row = [](const glm::dvec3& p) { return fmt::format("[{:.9g},{:.9g},{:.9g}]", p.x, p.y, p.z); };

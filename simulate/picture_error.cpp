@@ -83,6 +83,7 @@ RegionError measure(const PictureErrorInput& in, const Mask& where, const std::o
   const double count = 3.0 * static_cast<double>(e.pixels), mean = count > 0.0 ? level / count : 0.0;
   if (mean <= 0.0)
     return e;
+  e.measured = true;
   e.relative_rms = std::sqrt(square / count) / mean;
   e.no_object_rms = std::sqrt(unchanged / count) / mean;
   e.truth_standard_error = std::sqrt(own / count) / mean;
@@ -166,23 +167,40 @@ Result<void> check(const RgbImage& image, const RgbImage& like, const char* name
   return {};
 }
 
-std::string row(const char* name, const RegionError& e) {
-  return fmt::format("{:<8} {:>8} {:>8.2f} {:>8.2f} {:>12.2f} {:>10.2f}{}\n", name, e.pixels, 100.0 * e.relative_rms,
-                     100.0 * e.bias, 100.0 * e.no_object_rms, 100.0 * e.truth_standard_error,
-                     e.rms_without_noise ? fmt::format(" {:>14.2f}", 100.0 * *e.rms_without_noise) : "");
+std::string percent(double fraction, bool measured, int width) {
+  return measured ? fmt::format(" {:>{}.2f}", 100.0 * fraction, width) : fmt::format(" {:>{}}", "-", width);
 }
 
+std::string row(const char* name, const RegionError& e) {
+  return fmt::format("{:<8} {:>8}", name, e.pixels) + percent(e.relative_rms, e.measured, 8) +
+         percent(e.bias, e.measured, 8) + percent(e.no_object_rms, e.measured, 12) +
+         percent(e.truth_standard_error, e.measured, 10) +
+         (e.rms_without_noise ? percent(*e.rms_without_noise, true, 14) : "") + "\n";
+}
+
+std::string row(const ContactError& e) {
+  const bool measured = e.pixels > 0;
+  return fmt::format("contact  {:>8}", e.pixels) + percent(e.relative_rms, measured, 8) + percent(e.bias, measured, 8) +
+         (measured
+              ? fmt::format("  brightest pixel {:+.0f} %, darkest {:+.0f} %\n", 100.0 * e.brightest, 100.0 * e.darkest)
+              : "\n");
+}
+
+std::string number(double value, bool measured) { return measured ? fmt::format("{:.6g}", value) : "null"; }
+
 std::string json(const RegionError& e) {
-  return fmt::format("{{\"pixels\":{},\"relative_rms\":{:.6g},\"bias\":{:.6g},\"no_object_rms\":{:.6g},"
-                     "\"truth_standard_error\":{:.6g}{}}}",
-                     e.pixels, e.relative_rms, e.bias, e.no_object_rms, e.truth_standard_error,
+  return fmt::format("{{\"pixels\":{},\"relative_rms\":{},\"bias\":{},\"no_object_rms\":{},"
+                     "\"truth_standard_error\":{}{}}}",
+                     e.pixels, number(e.relative_rms, e.measured), number(e.bias, e.measured),
+                     number(e.no_object_rms, e.measured), number(e.truth_standard_error, e.measured),
                      e.rms_without_noise ? fmt::format(",\"rms_without_noise\":{:.6g}", *e.rms_without_noise) : "");
 }
 
 std::string json(const ContactError& e) {
-  return fmt::format("{{\"pixels\":{},\"relative_rms\":{:.6g},\"bias\":{:.6g},\"brightest\":{:.6g},"
-                     "\"darkest\":{:.6g}}}",
-                     e.pixels, e.relative_rms, e.bias, e.brightest, e.darkest);
+  const bool measured = e.pixels > 0;
+  return fmt::format("{{\"pixels\":{},\"relative_rms\":{},\"bias\":{},\"brightest\":{},\"darkest\":{}}}", e.pixels,
+                     number(e.relative_rms, measured), number(e.bias, measured), number(e.brightest, measured),
+                     number(e.darkest, measured));
 }
 
 } // namespace
@@ -235,10 +253,7 @@ std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %";
   out += e.object.rms_without_noise ? "  without noise\n" : "\n";
   out += row("object", e.object) + (e.shaded ? row("in shade", *e.shaded) : "") + row("as seen", e.seen);
-  out += row("shadow", e.shadow) + row("whole", e.whole);
-  const ContactError& c = e.contact;
-  out += fmt::format("contact  {:>8} {:>8.2f} {:>8.2f}  brightest pixel {:+.0f} %, darkest {:+.0f} %\n", c.pixels,
-                     100.0 * c.relative_rms, 100.0 * c.bias, 100.0 * c.brightest, 100.0 * c.darkest);
+  out += row("shadow", e.shadow) + row("whole", e.whole) + row(e.contact);
   out += fmt::format("the object covers {:.1f} % of the picture", 100.0 * e.object_fraction);
   return out + (e.mask_iou ? fmt::format("; intersection over union of the masks {:.3f}\n", *e.mask_iou) : "\n");
 }

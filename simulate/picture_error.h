@@ -24,6 +24,7 @@ struct PictureErrorInput {
 /// Root mean square over pixels and channels of result - truth, divided by the mean of the truth over the same pixels.
 struct RegionError {
   std::size_t pixels = 0;
+  bool measured = false; ///< false: no pixel, or black ones; the numbers below say nothing
   double relative_rms = 0.0;
   double bias = 0.0;                 ///< mean(result - truth) / mean(truth)
   double no_object_rms = 0.0;        ///< what the unchanged picture would score

@@ -14,10 +14,7 @@
 #include "scene/core/atomic_file.h"
 #include "scene/core/output_file.h"
 #include "scene/image/image_formats.h"
-#include "scene/model/mesh_edit.h"
-#include "scene/placing/read_object.h"
-#include "scene/placing/set_down.h"
-#include "scene/room/room_formats.h"
+#include "simulate/build_scene.h"
 #include "simulate/low_discrepancy.h"
 #include "simulate/picture.h"
 #include "simulate/picture_error.h"
@@ -32,70 +29,6 @@ constexpr std::uint32_t kSensorSeed = 0x53454E53u, kDepthKey = 0x44455054u;
 
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
-
-/// All objects of the scene in world coordinates, as one mesh.
-Result<ObjectMesh> read_objects(const std::vector<ObjectConfig>& objects, const Room& room) {
-  ObjectMesh all;
-  const auto rays = RayScene::build(room);
-  if (!rays)
-    return rays.error();
-  for (const ObjectConfig& given : objects) {
-    auto mesh = read_object(given);
-    if (!mesh)
-      return mesh.error();
-    const auto placed = set_down(given, WeighedMesh(*mesh), room, *rays);
-    if (!placed)
-      return placed.error();
-    if (const auto added = append_mesh(all, std::move(*mesh), object_transform(*placed)); !added)
-      return added.error();
-  }
-  return all;
-}
-
-Result<MarkerBoard> board_of(const MarkerConfig& marker) {
-  if (marker.dictionary != "6X6_250" || marker.ids != std::vector<int>{23})
-    return Error{ErrorCode::value_invalid, "only marker 23 of 6X6_250 can be printed", "[marker]",
-                 "use ids = [23], or marker_board = false"};
-  return MarkerBoard::printed(marker);
-}
-
-Result<SkyLight> sky_light(const SimulateConfig& config) {
-  if (!config.has_sky_picture())
-    return SkyLight(config.sky_model);
-  auto picture = read_sky(config.run.sky);
-  if (!picture)
-    return picture.error();
-  return SkyLight(std::make_shared<const SkyImage>(*std::move(picture)));
-}
-
-} // namespace
-
-Result<TraceScene> build_scene(const SimulateConfig& config) {
-  const auto room = read_room(config.run.room_model);
-  if (!room)
-    return room.error();
-  const auto object = read_objects(config.run.objects, room->room);
-  if (!object)
-    return object.error();
-  std::optional<MarkerBoard> board;
-  if (config.marker_board) {
-    const auto made = board_of(*config.run.marker);
-    if (!made)
-      return made.error();
-    board = *made;
-  }
-  const auto sky = sky_light(config);
-  if (!sky)
-    return sky.error();
-  auto scene = TraceScene::of_room(room->room, *sky, &*object, glm::dmat4(1.0), board);
-  if (!scene)
-    return scene.error();
-  if (const auto declared = scene->declare_glossy(room->room, config.run.glossy_room); !declared)
-    return declared.error();
-  return scene;
-}
-
-namespace {
 
 std::string frame_suffix(int number) { return number == 0 ? "" : fmt::format("_{:04}", number); }
 
@@ -180,7 +113,7 @@ Result<void> write_frame(const Frame& frame, const std::filesystem::path& folder
   return {};
 }
 
-/// All that write_moment() and write_lenses() will write.
+/// All that write_moment() and write_lenses() will write; the folder is there.
 Result<void> check_outputs(const SimulateConfig& config, const SimulateArguments& a) {
   std::vector<const char*> exr = {"interior", "truth", "se", "mask"}, png = {"interior", "truth", "mask"},
                            lenses = {"interior.yaml"};
@@ -239,14 +172,27 @@ void report(const InteriorPictures& p, double seconds, bool json) {
 
 namespace {
 
+void print_notes(const std::vector<std::string>& notes, bool quiet) {
+  for (std::size_t k = 0; !quiet && k < notes.size(); ++k)
+    std::fprintf(stderr, "%s\n", notes[k].c_str());
+}
+
+/// Called when there is something to write: a bad scene leaves no empty folder.
+Result<void> make_folder(const std::filesystem::path& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed)
+    return Error{ErrorCode::io, "cannot create the folder: " + failed.message(), folder.string(),
+                 "give another folder to -o"};
+  return {};
+}
+
 /// The scene file, written first for a --demo.
 Result<SimulateConfig> read_scene_config(const SimulateArguments& a) {
-  std::error_code ec;
-  std::filesystem::create_directories(a.folder, ec);
-  if (ec)
-    return Error{ErrorCode::io, "cannot create the folder: " + ec.message(), a.folder.string(), ""};
   if (a.demo.empty())
     return read_simulate_config(a.scene);
+  if (const auto made = make_folder(a.folder); !made)
+    return made.error();
   const auto written = write_sample_scene(a.demo, a.folder, a.size[0], a.size[1], a.force);
   if (!written)
     return written.error();
@@ -275,6 +221,18 @@ Result<LensModel> camera_lens(const std::filesystem::path& file, const LensModel
   return lens;
 }
 
+/// The lens file decides how large the photograph is; daylit-run draws it at [output] size, of the same shape.
+Result<void> check_shape(const SimulateConfig& c, const LensModel& lens) {
+  const OutputConfig& out = c.run.output;
+  if (c.run.interior.lens.empty() || out.width_px == 0 ||
+      std::abs(out.height_px - static_cast<double>(out.width_px) * lens.height_px / lens.width_px) <= 1.0)
+    return {};
+  return Error{ErrorCode::value_invalid,
+               fmt::format("[output] size {} x {} is not of the shape of {}, {} x {}", out.width_px, out.height_px,
+                           c.run.interior.lens.filename().string(), lens.width_px, lens.height_px),
+               "[interior] lens", "give the size of the lens file, or leave [output] size out"};
+}
+
 Result<Cameras> cameras_of(const SimulateConfig& c) {
   const OutputConfig& out = c.run.output;
   const auto interior =
@@ -282,6 +240,8 @@ Result<Cameras> cameras_of(const SimulateConfig& c) {
                                                      out.height_px > 0 ? out.height_px : 496, c.interior_fov));
   if (!interior)
     return interior.error();
+  if (const auto good = check_shape(c, *interior); !good)
+    return good.error();
   const auto sky = camera_lens(c.has_sky_picture() ? "" : c.run.sky.lens,
                                ideal_fisheye(c.fisheye_width_px, c.fisheye_height_px, c.fisheye_fov));
   if (!sky)
@@ -289,13 +249,22 @@ Result<Cameras> cameras_of(const SimulateConfig& c) {
   return Cameras{*sky, *interior};
 }
 
+/// Once, when the inputs are known.
+Result<void> begin_output(const SimulateConfig& config, const SimulateArguments& a,
+                          const std::vector<std::string>& warnings) {
+  print_notes(warnings, a.quiet);
+  const auto made = make_folder(a.folder);
+  return made ? check_outputs(config, a) : made;
+}
+
 Result<Moment> record(const SimulateConfig& config, const Cameras& cameras, const SimulateArguments& a, bool first,
                       ProgressLine& line) {
-  const auto scene = build_scene(config);
+  std::vector<std::string> warnings;
+  const auto scene = build_scene(config, &warnings);
   if (!scene)
     return scene.error();
-  if (const auto writable = first ? check_outputs(config, a) : Result<void>(); !writable) // the inputs are known now
-    return writable.error();
+  if (const auto begun = first ? begin_output(config, a, warnings) : Result<void>(); !begun)
+    return begun.error();
   Moment moment{config, {}};
   if (!config.has_sky_picture()) {
     auto sky = render_sky_frame(AnalyticSky(config.sky_model), cameras.sky);
@@ -344,8 +313,7 @@ Result<void> run_simulate(const SimulateArguments& a) {
   const auto config = read_scene_config(a);
   if (!config)
     return config.error();
-  for (const std::string& note : a.quiet ? std::vector<std::string>{} : config->sky_notes)
-    std::fprintf(stderr, "%s\n", note.c_str());
+  print_notes(config->sky_notes, a.quiet);
   const auto cameras = cameras_of(*config);
   if (!cameras)
     return cameras.error();

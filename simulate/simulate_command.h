@@ -5,14 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "scene/config/config.h"
 #include "scene/core/result.h"
-#include "simulate/trace_scene.h"
 
 namespace daylit {
-
-/// The room, objects, marker board and light of a scene file, to trace.
-Result<TraceScene> build_scene(const SimulateConfig& config);
 
 /// daylit-simulate SCENE.toml -o DIR, or --demo NAME -o DIR.
 struct SimulateArguments {

@@ -8,6 +8,7 @@
 #include "runtime/doctor/doctor.h"
 #include "scene/core/command_line.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 
 namespace daylit {
 
@@ -51,6 +52,7 @@ int doctor_command(int argc, char** argv) {
   app.add_flag("--json", json, "one JSON object per finding: level (ok, warning, error), subject, found, change");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
+  const PromptExit at_interrupt;
   bool failed = false;
   const int code = run_program("daylit-run doctor", json, [&]() -> Result<void> {
     for (const Finding& finding : examine(config)) {

@@ -225,6 +225,7 @@ Result<void> run(const Options& options) {
 
 /// Options of a run; the sub-commands have their own.
 int main(int argc, char** argv) {
+  daylit::watch_for_interrupt(); // first: an interrupt may come at once
   const std::map<std::string_view, int (*)(int, char**)> commands{{"cameras", daylit::cameras_command},
                                                                   {"doctor", daylit::doctor_command},
                                                                   {"pose", daylit::pose_command},
@@ -272,6 +273,5 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("daylit-run ") + DAYLIT_VERSION);
   if (const auto code = daylit::parse_command_line(app, argc, argv))
     return *code;
-  daylit::watch_for_interrupt();
   return daylit::run_program("daylit-run", options.json, [&] { return daylit::run(options); });
 }

@@ -12,6 +12,7 @@
 #include "runtime/input/photograph.h"
 #include "scene/core/command_line.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 
 namespace daylit {
 
@@ -104,6 +105,7 @@ int pose_command(int argc, char** argv) {
   app.add_flag("--json", options.json, "one JSON object per marker");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
+  const PromptExit at_interrupt;
   return run_program("daylit-run pose", options.json, [&] { return run(options); });
 }
 

@@ -10,6 +10,7 @@
 #include "capture/frames/recording.h"
 #include "scene/core/command_line.h"
 #include "scene/core/program.h"
+#include "scene/core/prompt_exit.h"
 #include "scene/core/seconds.h"
 
 namespace daylit {
@@ -117,6 +118,7 @@ int cameras_command(int argc, char** argv) {
   app.add_flag("--json", json, "one JSON object per camera");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
+  const PromptExit at_interrupt;
   return run_program("daylit-run cameras", json, [&]() -> Result<void> {
     const auto cameras = find_cameras();
     if (cameras.empty())
@@ -146,7 +148,6 @@ int record_command(int argc, char** argv) {
   app.add_flag("--json", o.json, "what became of the frames as one JSON object");
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
-  watch_for_interrupt();
   return run_program("daylit-run record", o.json, [&] { return run(o); });
 }
 

@@ -5,6 +5,7 @@
 #include "runtime/input/interior_input.h"
 #include "scene/lens/fall_off.h"
 #include "scene/model/object_mesh.h"
+#include "scene/sky/sky_lens.h"
 #include "scene/volume/room_model.h"
 #include "scene/volume/volume.h"
 #include "scene/volume/volume_file.h"
@@ -57,9 +58,19 @@ Finding check_pose(const glm::dmat4& world_from_camera, const LightFieldSampler&
                  "right where it looks in through a window; else correct [pose]: metres, z up, camera x right, y down");
 }
 
+/// Of a projection fisheye.
+Finding check_sky_lens(const std::filesystem::path& file) {
+  const auto lens = read_lens(file);
+  const auto note = lens ? sky_lens_note(*lens) : std::nullopt;
+  return note ? warning("sky lens", file.string() + ": " + *note, "give the file of daylit-calibrate fisheye")
+              : check_lens("sky lens", file);
+}
+
 /// Pictures that stand for cameras are read as daylit-run reads them.
 Findings check_pictures(const RunConfig& config) {
   Findings all;
+  if (config.sky.projection == "fisheye")
+    all.push_back(check_sky_lens(config.sky.lens));
   const auto sky = read_sky(config.sky);
   all.push_back(sky ? all_well("sky picture", config.sky.image.string()) : failure("sky picture", sky.error()));
   const auto interior = read_interior(config);
@@ -71,7 +82,7 @@ Findings check_pictures(const RunConfig& config) {
 Findings check_live_lenses(const RunConfig& config) {
   Findings all;
   if (config.sky.projection == "fisheye")
-    all.push_back(check_lens("sky lens", config.sky.lens));
+    all.push_back(check_sky_lens(config.sky.lens));
   if (!config.sky.fall_off.empty()) {
     const auto fall_off = read_fall_off(config.sky.fall_off);
     all.push_back(fall_off ? all_well("sky fall-off", config.sky.fall_off.string())

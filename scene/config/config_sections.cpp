@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 #include "scene/material/library.h"
@@ -47,6 +48,14 @@ bool is_rigid(const glm::dmat4& m) {
       error = std::max(error, std::abs(product[c][k] - (c == k ? 1.0 : 0.0)));
   return error < 1e-4 && glm::determinant(r) > 0.0 && m[0][3] == 0.0 && m[1][3] == 0.0 && m[2][3] == 0.0 &&
          m[3][3] == 1.0;
+}
+
+const char* wrong_view(const glm::dvec3& position, const glm::dvec3& target) {
+  const glm::dvec3 view = target - position;
+  if (!(glm::length(view) > 1e-6))
+    return "the camera looks at its own position: give a point before it";
+  const bool vertical = !(std::hypot(view.x, view.y) > 1e-6 * (1.0 + std::abs(view.z)));
+  return vertical ? "the view is vertical: give a point that is not straight above or below" : nullptr;
 }
 
 void read_sky_picture(TomlSection sky, SkyConfig& config) {
@@ -91,9 +100,8 @@ void read_pose(TomlSection root, std::optional<glm::dmat4>& world_from_camera) {
     if (at || towards)
       root.problem("world_from_camera", "given together with position or look_at; keep one");
   } else if (at && towards) {
-    const glm::dvec3 view = target - position;
-    if (std::hypot(view.x, view.y) < 1e-6 * (1.0 + std::abs(view.z)))
-      root.problem("look_at", "the view is vertical; give world_from_camera instead");
+    if (const char* wrong = wrong_view(position, target))
+      root.problem("look_at", std::string(wrong) + ", or give world_from_camera");
     else
       world_from_camera = look_at(position, target);
   } else {

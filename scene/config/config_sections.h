@@ -30,6 +30,9 @@ void read_output(TomlSection root, OutputConfig& output);
 /// True for a rotation and translation; scale and mirror images are refused.
 bool is_rigid(const glm::dmat4& m);
 
+/// What is wrong with a look_at(); null: nothing.
+const char* wrong_view(const glm::dvec3& position, const glm::dvec3& target);
+
 std::string camera_toml(const std::optional<CameraConfig>& camera);
 std::string sky_measurement_toml(const SkyConfig& sky);
 std::string http_toml(const std::optional<HttpConfig>& http);

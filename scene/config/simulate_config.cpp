@@ -78,9 +78,8 @@ void read_path(TomlSection path, SimulateConfig& config) {
   if (path.read_rows("camera", 6, n, {-1e9, 1e9}))
     for (std::size_t k = 0; k < n.size(); k += 6) {
       config.camera_path.push_back({{n[k], n[k + 1], n[k + 2]}, {n[k + 3], n[k + 4], n[k + 5]}});
-      const glm::dvec3 way = config.camera_path.back().target - config.camera_path.back().position;
-      if (!(std::hypot(way.x, way.y) > 1e-6 * (1.0 + std::abs(way.z))))
-        path.problem("camera", fmt::format("key {}: the view must not be vertical", k / 6 + 1));
+      if (const char* wrong = detail::wrong_view(config.camera_path.back().position, config.camera_path.back().target))
+        path.problem("camera", fmt::format("key {}: {}", k / 6 + 1, wrong));
     }
   n.clear();
   if (path.read_rows("sun", 2, n, {-720.0, 720.0})) {
@@ -93,6 +92,16 @@ void read_path(TomlSection path, SimulateConfig& config) {
       path.problem("sun", "[sky] has no sun that could move");
   }
   path.finish();
+}
+
+/// [simulate] marker_board is known: that board is printed from a pattern built in.
+void read_board(TomlSection section, SimulateConfig& config) {
+  detail::read_marker(section, config.run.marker);
+  config.marker_board = config.marker_board && config.run.marker.has_value();
+  if (config.marker_board && config.run.marker->dictionary != "6X6_250")
+    section.problem("dictionary", "only markers of 6X6_250 can be printed; leave it out, or set marker_board = false");
+  else if (config.marker_board && !config.run.marker->ids.empty() && config.run.marker->ids != std::vector<int>{23})
+    section.problem("ids", "only marker 23 can be printed; use ids = [23], or set marker_board = false");
 }
 
 /// Position of time t between keys: index of the key before, and the fraction of the next.
@@ -139,7 +148,7 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
     room.finish();
   }
   read_path(root.section("path"), config);
-  detail::read_marker(root.section("marker"), config.run.marker);
+  read_board(root.section("marker"), config);
   detail::read_pose(root.section("pose"), config.run.world_from_camera);
   detail::read_objects(root, config.run.objects);
   detail::read_light(root.section("light"), config.run);
@@ -150,7 +159,6 @@ Result<SimulateConfig> read_simulate_config(const std::filesystem::path& path) {
   root.finish();
   if (config.run.objects.empty() && !root.has("object"))
     file->report(1, "no [[object]]: the truth would show nothing");
-  config.marker_board = config.marker_board && config.run.marker.has_value();
   if (auto error = file->error())
     return *error;
   return config;

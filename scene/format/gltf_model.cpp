@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -21,9 +22,26 @@ namespace {
 constexpr std::size_t kLargestModel_bytes = std::size_t{1} << 30;
 constexpr int kDeepestNesting = 64; // brackets in the JSON: the library descends by recursion
 
+bool is_binary(std::span<const std::uint8_t> bytes) {
+  return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
+}
+
+/// What the library says, its first line; of its JSON parser's exceptions the place alone.
+std::string why_unread(std::span<const std::uint8_t> bytes, const std::string& error) {
+  const auto first = std::ranges::find_if(bytes, [](std::uint8_t c) { return !std::isspace(c); });
+  if (!is_binary(bytes) && (first == bytes.end() || *first != '{'))
+    return ": the file is neither a glTF binary, which begins with \"glTF\", nor JSON";
+  const std::size_t place = error.find("parse error at ");
+  if (error.starts_with("[json.exception"))
+    return place == std::string::npos
+               ? ": its JSON is damaged"
+               : ": its JSON is damaged at " + error.substr(place + 15, error.find(':', place) - place - 15);
+  return error.empty() ? "" : ": " + error.substr(0, std::min<std::size_t>(error.find('\n'), 200));
+}
+
 /// The JSON part of either form.
 std::span<const std::uint8_t> json_part(std::span<const std::uint8_t> bytes) {
-  if (bytes.size() < 20 || std::memcmp(bytes.data(), "glTF", 4) != 0)
+  if (bytes.size() < 20 || !is_binary(bytes))
     return bytes;
   std::uint32_t length = 0;
   std::memcpy(&length, bytes.data() + 12, sizeof(length));
@@ -160,7 +178,7 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
   bool read = false;
   const auto size = static_cast<unsigned int>(bytes.size());
   try { // the library lets those of its JSON parser through
-    if (bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0)
+    if (is_binary(bytes))
       read = loader.LoadBinaryFromMemory(&model, &error, &warning, bytes.data(), size, "");
     else
       read =
@@ -170,10 +188,8 @@ Result<tinygltf::Model> parse_gltf(std::span<const std::uint8_t> bytes, const st
   }
   if (files.error)
     return placed_in(name, *files.error);
-  if (!read) {
-    const std::string first = error.substr(0, error.find('\n'));
-    return malformed_gltf("no valid glTF 2.0" + (first.empty() ? "" : ": " + first.substr(0, 200)), name);
-  }
+  if (!read)
+    return malformed_gltf("no valid glTF 2.0" + why_unread(bytes, error), name);
   for (const std::string& extension : model.extensionsRequired)
     if (!is_known_extension(extension))
       return Error{ErrorCode::file_malformed, "the model requires an extension that is not read here",

@@ -54,6 +54,8 @@ public:
   ObjectReader(const ObjText& obj, std::filesystem::path path) : obj_(obj), path_(std::move(path)) {}
 
   Result<TriangleSoup> run(Rgb fallback) {
+    if (!obj_.ends_with_line_break)
+      soup_.surfaces.note(path_.string() + ": the file does not end with a line break: check that it is complete");
     const auto materials = read_libraries(obj_, path_.parent_path(), soup_.surfaces);
     if (!materials)
       return materials.error();

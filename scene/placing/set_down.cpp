@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
@@ -55,7 +56,8 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
     return object;
   ObjectConfig placed = object;
   if (!object.on->has_place) {
-    const auto middle = middle_of(room, object.on->surface);
+    const double height_m = placed_bounds(mesh.mesh, object_transform(object)).size().z;
+    const auto middle = middle_of(room, rays, object.on->surface, height_m);
     if (!middle)
       return named(middle.error(), object);
     placed.position = {origin_above(*middle, placed, mesh), 0.0};
@@ -78,8 +80,15 @@ std::vector<std::string> standing_warnings(const ObjectConfig& object, const Wei
     return {};
   const glm::dmat4 transform = object_transform(object);
   const Bounds box = placed_bounds(mesh.mesh, transform);
-  if (object.on)
-    return standing_warnings(name_of(object), check_standing(mesh, transform, room, rays), glm::length(box.size()));
+  if (object.on) {
+    auto lines =
+        standing_warnings(name_of(object), check_standing(mesh, transform, room, rays), glm::length(box.size()));
+    if (!object.on->surface.empty() && box.min.z > room.bounds().max.z - kTouch_m)
+      lines.push_back(fmt::format("{} stands on the highest surface of the model, which may be its roof: \"{}\" has no "
+                                  "place below a ceiling there; give the material of a surface inside, or on = [x, y]",
+                                  name_of(object), object.on->surface));
+    return lines;
+  }
   Standing free = check_standing(mesh, shrunk(box) * transform, room, rays);
   free.supported = true; // it may hang, or be held
   free.beyond_m = 0.0;

@@ -19,7 +19,7 @@ namespace daylit {
 Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
                               const RayScene& rays);
 
-/// Whether an object is cut by the room and, with `on`, whether it tips: a line each.
+/// Whether an object is cut by the room and, with `on`, whether it tips, or stands on a roof: a line each.
 std::vector<std::string> standing_warnings(const ObjectConfig& object, const WeighedMesh& mesh, const Room& room,
                                            const RayScene& rays);
 

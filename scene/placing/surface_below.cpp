@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "scene/core/lower_case.h"
@@ -57,11 +59,18 @@ std::string said_below(const Room& room, const std::vector<SurfaceBelow>& surfac
                            : fmt::format("below are \"{}\"", fmt::join(names, "\", \""));
 }
 
+/// On the border of the model rounding decides whether a vertical line meets it: such a place counts as just inside.
+glm::dvec2 off_the_border(const glm::dvec2& place, const Bounds& bounds) {
+  const glm::dvec2 inside = glm::clamp(place, glm::dvec2(bounds.min) + kApart_m, glm::dvec2(bounds.max) - kApart_m);
+  return glm::length(inside - place) < 2.0 * kApart_m ? inside : place;
+}
+
 /// Surfaces of one vertical line on which something can stand, highest first.
 class StandingPlaces {
 public:
   StandingPlaces(const Room& room, const RayScene& rays, const glm::dvec2& place, double free_m)
-      : room_(room), rays_(rays), place_(place), free_m_(free_m), all_(surfaces_along(rays, room.bounds(), place)) {}
+      : room_(room), rays_(rays), place_(off_the_border(place, room.bounds())), free_m_(free_m),
+        all_(surfaces_along(rays, room.bounds(), place_)) {}
 
   const std::vector<SurfaceBelow>& all() const { return all_; }
   /// Is there air of the wanted height above surface k? Above the first one is the sky.
@@ -132,30 +141,51 @@ Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const
                                   : said_below(room, line.all()) + ": give another place, or the name of a material"};
 }
 
-/// Area-weighted mean of the highest of its level faces.
-Result<glm::dvec2> middle_of(const Room& room, const std::string& name) {
-  double top = -std::numeric_limits<double>::infinity(), area = 0.0;
-  glm::dvec2 sum(0.0);
+namespace {
+
+/// Faces of one height.
+struct Level {
+  double height_m = 0.0, area = 0.0;
+  glm::dvec2 sum{0.0}; ///< of their middles, weighted by area
+  glm::dvec2 middle() const { return sum / area; }
+};
+
+/// Of the level faces of that material, highest first.
+std::vector<Level> levels_of(const Room& room, const std::string& name) {
+  std::vector<Level> faces, levels;
   for (const RoomTriangle& t : room.triangles) {
     const glm::dvec3 n = area_normal(room, t),
                      middle = (room.corner(t, 0) + room.corner(t, 1) + room.corner(t, 2)) / 3.0;
     const double size = glm::length(n);
-    if (!same_name(room.material(t).name, name) || room.is_window(t) || !(std::abs(n.z) > kLevel * size))
-      continue;
-    if (middle.z > top + kApart_m) {
-      top = middle.z;
-      sum = glm::dvec2(0.0);
-      area = 0.0;
-    }
-    if (middle.z > top - kApart_m) {
-      sum += size * glm::dvec2(middle);
-      area += size;
-    }
+    if (same_name(room.material(t).name, name) && !room.is_window(t) && std::abs(n.z) > kLevel * size)
+      faces.push_back({middle.z, size, size * glm::dvec2(middle)});
   }
-  if (!(area > 0.0))
+  std::ranges::stable_sort(faces, std::greater(), &Level::height_m);
+  for (const Level& face : faces)
+    if (levels.empty() || face.height_m < levels.back().height_m - kApart_m) {
+      levels.push_back(face);
+    } else {
+      levels.back().area += face.area;
+      levels.back().sum += face.sum;
+    }
+  return levels;
+}
+
+} // namespace
+
+/// A roof and the back of a ceiling are levels too, and often of the material of the walls.
+Result<glm::dvec2> middle_of(const Room& room, const RayScene& rays, const std::string& name, double free_m) {
+  const std::vector<Level> levels = levels_of(room, name);
+  if (levels.empty())
     return Error{ErrorCode::not_found, fmt::format("the room has no level face of the material \"{}\"", name), name,
                  "give the name of a material of the room, or on = [x, y]"};
-  return sum / area;
+  for (const Level& level : levels) {
+    const StandingPlaces line(room, rays, level.middle(), free_m);
+    for (std::size_t k = 1; k < line.all().size(); ++k)
+      if (std::abs(line.all()[k].height_m - level.height_m) < kApart_m && line.usable(k))
+        return level.middle();
+  }
+  return levels.front().middle();
 }
 
 } // namespace daylit

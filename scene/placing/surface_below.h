@@ -28,8 +28,9 @@ struct SurfaceBelow {
 Result<SurfaceBelow> surface_below(const Room& room, const RayScene& rays, const glm::dvec2& place,
                                    const std::string& name, double free_m);
 
-/// Middle of the highest level surface of that material, world (x, y). Error not_found: no face of it is level.
-Result<glm::dvec2> middle_of(const Room& room, const std::string& name);
+/// Middle of the highest level surface of that material with `free_m` of the room's air and a ceiling above it, world
+/// (x, y); of the highest one where none is so. Error not_found: no face of it is level.
+Result<glm::dvec2> middle_of(const Room& room, const RayScene& rays, const std::string& name, double free_m);
 
 /// Does light come from a window or hole to this point, given in the scene's own coordinates?
 bool is_in_air(const Room& room, const RayScene& rays, const glm::vec3& local_point);

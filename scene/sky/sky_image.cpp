@@ -4,6 +4,7 @@
 
 #include "scene/core/text_lines.h"
 #include "scene/image/image_formats.h"
+#include "scene/sky/sky_lens.h"
 
 namespace daylit {
 
@@ -206,7 +207,10 @@ Result<SkyImage> read_sky(const std::filesystem::path& path, const SkyProjection
                  "leave out ground (--ground-albedo): it fills what a fish-eye does not see"};
   if (notes)
     notes->insert(notes->end(), file->notes.begin(), file->notes.end());
-  if (const auto* fisheye = std::get_if<FisheyeProjection>(&projection); fisheye && !fall_off.coefficient.empty()) {
+  const auto* fisheye = std::get_if<FisheyeProjection>(&projection);
+  if (const auto note = fisheye ? sky_lens_note(fisheye->lens) : std::nullopt; note && notes)
+    notes->push_back(*note);
+  if (fisheye && !fall_off.coefficient.empty()) {
     const auto sensitivity = pixel_sensitivity(fisheye->lens, fall_off, file->radiance.width, file->radiance.height);
     if (!sensitivity)
       return sensitivity.error();

@@ -37,6 +37,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
     auto c = Checkpoint::open(path, 42, true);
     ASSERT_TRUE(c) << c.error().message();
     EXPECT_EQ((*c)->records_found(), 2u);
+    EXPECT_EQ((*c)->note(), "") << "it is whole";
     EXPECT_EQ((*c)->find(kFirst), piece(1000));
     EXPECT_EQ((*c)->find(kSecond), piece(300));
     EXPECT_FALSE((*c)->find({Store::Stage::forward, 2, 8}));
@@ -46,6 +47,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
     auto c = Checkpoint::open(path, 42, true);
     ASSERT_TRUE(c);
     EXPECT_EQ((*c)->records_found(), 1u);
+    EXPECT_EQ((*c)->note(), path.string() + " is cut short or damaged: what is lost of it is computed again");
     EXPECT_FALSE((*c)->find(kSecond));
   }
   {
@@ -56,6 +58,7 @@ TEST_F(CheckpointFile, gives_back_what_was_kept_and_drops_what_was_cut_or_damage
   auto c = Checkpoint::open(path, 42, true);
   ASSERT_TRUE(c);
   EXPECT_EQ((*c)->records_found(), 0u);
+  EXPECT_EQ((*c)->note(), path.string() + " holds nothing that can be used: the bake starts anew");
 }
 
 TEST_F(CheckpointFile, of_other_inputs_is_refused) {

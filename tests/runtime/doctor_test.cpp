@@ -137,6 +137,13 @@ TEST(Doctor, an_object_outside_the_room_and_a_camera_in_a_wall_are_warnings) {
   expect(worst(check_inputs(s.config), "pose"), Level::warning, "not in the air", "[pose]");
 }
 
+TEST(Doctor, the_lens_of_an_ordinary_camera_for_the_sky_is_a_warning) {
+  LiveStudio s;
+  s.config.sky.projection = "fisheye";
+  s.config.sky.lens = s.config.interior.lens;
+  expect(worst(check_inputs(s.config), "sky lens"), Level::warning, "not of a fish-eye", "daylit-calibrate fisheye");
+}
+
 TEST(Doctor, files_that_are_missing_are_errors) {
   LiveStudio s;
   s.config.objects[0].model = s.folder / "none.obj";

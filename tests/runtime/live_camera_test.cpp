@@ -6,14 +6,12 @@
 #include <atomic>
 #include <csignal>
 #include <cstddef>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <string_view>
 #include <thread>
 
 #include <arpa/inet.h>
-#include <arv.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/socket.h>
@@ -23,6 +21,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/frames/recording.h"
+#include "fake_camera.h"
 #include "runtime/cmd/live_command.h"
 #include "runtime/http/http_server.h"
 #include "runtime/live/live_run.h"
@@ -36,6 +35,8 @@
 namespace daylit {
 namespace {
 
+using test::FakeCamera;
+
 using namespace std::chrono_literals;
 
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
@@ -43,41 +44,6 @@ constexpr double kSlower = 10; ///< a picture takes seconds
 #else
 constexpr double kSlower = 1;
 #endif
-
-/// A camera at an address of this machine that always sends the same samples.
-class FakeCamera {
-public:
-  FakeCamera(std::string address, std::vector<std::uint8_t> samples)
-      : address_(std::move(address)), samples_(std::move(samples)) {
-    plug_in();
-  }
-  ~FakeCamera() { unplug(); }
-  FakeCamera(const FakeCamera&) = delete;
-  FakeCamera& operator=(const FakeCamera&) = delete;
-
-  void plug_in() {
-    camera_ = arv_gv_fake_camera_new(address_.c_str(), address_.c_str());
-    if (is_running())
-      arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, this);
-  }
-  void unplug() {
-    if (camera_)
-      g_object_unref(camera_);
-    camera_ = nullptr;
-  }
-  bool is_running() const { return camera_ && arv_gv_fake_camera_is_running(camera_); }
-
-private:
-  static void fill(ArvBuffer* buffer, void* camera, guint32, guint32, ArvPixelFormat) {
-    const auto& samples = static_cast<FakeCamera*>(camera)->samples_;
-    std::size_t size = 0; // 0 here, although the pointer is right
-    if (void* data = const_cast<void*>(arv_buffer_get_data(buffer, &size)))
-      std::memcpy(data, samples.data(), samples.size());
-  }
-  std::string address_;
-  std::vector<std::uint8_t> samples_;
-  ArvGvFakeCamera* camera_ = nullptr;
-};
 
 std::vector<std::uint8_t> sixteen_bits(const std::vector<Rgb>& texels, float largest) {
   std::vector<std::uint8_t> bytes;

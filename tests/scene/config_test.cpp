@@ -1,6 +1,4 @@
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <tuple>
 
@@ -9,7 +7,7 @@
 #include <glm/matrix.hpp>
 #include <gtest/gtest.h>
 
-#include "scene/config/config.h"
+#include "config_files.h"
 
 namespace daylit {
 namespace {
@@ -55,31 +53,6 @@ reflect_by = "maps"
 png = "out/frame.png"
 size = [512, 496]
 )";
-
-class ConfigTest : public testing::Test {
-protected:
-  std::filesystem::path folder_, file_;
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              (std::string("daylit_config_") + testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-    file_ = folder_ / "CONFIG.toml";
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-  Result<RunConfig> run(const std::string& text) {
-    std::ofstream(file_) << text;
-    return read_run_config(file_);
-  }
-  Result<SimulateConfig> simulate(const std::string& text) {
-    std::ofstream(file_) << text;
-    return read_simulate_config(file_);
-  }
-  static std::string replaced(std::string text, const std::string& from, const std::string& to) {
-    const auto at = text.find(from);
-    EXPECT_NE(at, std::string::npos);
-    return text.replace(at, from.size(), to);
-  }
-};
 
 TEST_F(ConfigTest, reads_every_section) {
   const auto c = run(kRun);
@@ -367,43 +340,6 @@ TEST_F(ConfigTest, object_turns_about_x_then_y_then_z) {
   // (0,1,0): about x -> (0,0,1); about z unchanged; times 2; plus the position.
   const glm::dvec3 p(object_transform(object) * glm::dvec4(0, 1, 0, 1));
   EXPECT_NEAR(glm::distance(p, glm::dvec3(10, 20, 32)), 0.0, 1e-12);
-}
-
-TEST_F(ConfigTest, scene_file_reads_the_sky_model_and_round_trips) {
-  const auto c = simulate("[sky]\nmodel = \"clear\"\nzenith_radiance = [1, 2, 3]\nground_albedo = 0.1\n"
-                          "sun = { azimuth = 90, elevation = 30, normal_irradiance = 500 }\n"
-                          "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
-                          "[[object]]\nmodel = \"o.obj\"\n[simulate]\nsamples = 17\n[output]\nsize = [64, 62]\n");
-  ASSERT_TRUE(c) << c.error().message();
-  EXPECT_EQ(c->sky_model.kind, SkyModel::Kind::clear);
-  ASSERT_TRUE(c->sky_model.sun);
-  EXPECT_NEAR(c->sky_model.sun->direction.y, std::sqrt(0.75), 1e-12);
-  EXPECT_NEAR(c->sky_model.sun->direction.z, 0.5, 1e-12);
-  EXPECT_FALSE(c->marker_board);
-  const auto again = simulate(to_toml(*c));
-  ASSERT_TRUE(again) << again.error().message();
-  EXPECT_EQ(to_toml(*again), to_toml(*c));
-}
-
-TEST_F(ConfigTest, a_scene_names_no_files_to_write_and_takes_sixteen_paths_at_least) {
-  const std::string scene =
-      "[sky]\nmodel = \"overcast\"\n[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = "
-      "\"r.obj\"\n[[object]]\nmodel = \"o.obj\"\n";
-  EXPECT_TRUE(simulate(scene + "[simulate]\nsamples = 16\n[output]\nsize = [64, 62]\n"));
-  for (const char* wrong : {"[output]\npng = \"a.png\"\n", "[output]\nexr = \"a.exr\"\n",
-                            "[output]\nmask = \"a.exr\"\n", "[simulate]\nsamples = 15\n"}) {
-    const auto c = simulate(scene + wrong);
-    ASSERT_FALSE(c) << wrong;
-    EXPECT_NE(c.error().message().find("line 11"), std::string::npos) << c.error().message();
-  }
-}
-
-TEST_F(ConfigTest, clear_sky_needs_a_sun_above_the_horizon) {
-  const std::string rest = "[pose]\nposition = [0,0,1]\nlook_at = [1,1,1]\n[room]\nmodel = \"r.obj\"\n"
-                           "[[object]]\nmodel = \"o.obj\"\n";
-  EXPECT_FALSE(simulate("[sky]\nmodel = \"clear\"\n" + rest));
-  EXPECT_FALSE(simulate("[sky]\nsun = { azimuth = 0, elevation = 0, normal_irradiance = 1 }\n" + rest));
-  EXPECT_TRUE(simulate("[sky]\nmodel = \"overcast\"\n" + rest));
 }
 
 } // namespace

@@ -191,6 +191,9 @@ TEST_F(ObjectGltf, an_empty_or_cut_file_is_called_what_it_is) {
     EXPECT_NE(what_of(name, "").find("the file is empty"), std::string::npos) << name;
   for (const char* bytes : {"\x89PNG\r\n", "{\"asset\":", "glTF", "gl"})
     EXPECT_NE(what_of("a.glb", bytes).find("no valid glTF 2.0"), std::string::npos) << what_of("a.glb", bytes);
+  const std::string renamed = what_of("a.glb", "# a box\nv 0 0 0\n"), damaged = what_of("a.gltf", "{\"asset\" {}}");
+  EXPECT_NE(renamed.find("neither a glTF binary, which begins with \"glTF\", nor JSON"), std::string::npos) << renamed;
+  EXPECT_NE(damaged.find("its JSON is damaged at line 1, column 10;"), std::string::npos) << damaged;
 }
 
 TEST_F(ObjectGltf, an_attribute_that_is_not_finite_is_named_with_its_model) {

@@ -103,6 +103,17 @@ TEST_F(ObjectMeshFile, a_missing_library_is_said_and_its_materials_are_diffuse) 
   EXPECT_NE(notes[0].find("lost.mtl is not there"), std::string::npos) << notes[0];
 }
 
+TEST_F(ObjectMeshFile, a_file_that_may_have_been_cut_is_told_of) {
+  std::string cut = kCube;
+  cut.pop_back();
+  std::vector<std::string> notes;
+  ASSERT_TRUE(read_object_mesh(write("whole.obj", kCube), Rgb(0.7f), &notes));
+  EXPECT_TRUE(notes.empty());
+  ASSERT_TRUE(read_object_mesh(write("cut.obj", cut), Rgb(0.7f), &notes));
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_NE(notes[0].find("cut.obj: the file does not end with a line break"), std::string::npos) << notes[0];
+}
+
 TEST_F(ObjectMeshFile, materials_that_no_library_has_are_said_and_diffuse) {
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\n";
   write("empty.mtl", "");

@@ -86,6 +86,23 @@ TEST_F(Placing, the_surface_below_has_air_of_the_objects_height_above_it) {
       << outside.error().message();
 }
 
+/// Rounding decides whether a vertical line there meets a face.
+TEST(PlacingAtEdges, a_place_on_an_edge_of_the_room_is_a_place_in_it_at_every_edge) {
+  for (const glm::dvec3& size : {glm::dvec3(4, 5, 2.8), glm::dvec3(4.2, 3.1, 2.7), glm::dvec3(3.33, 7.77, 3.1)}) {
+    test::RoomBuilder b;
+    const glm::dvec3 low(0.1, 0, 0);
+    b.box(low, low + size, b.material("wall"), 0b111110);
+    b.box(low + glm::dvec3(0, 0, size.z), low + size + glm::dvec3(0, 0, 0.3), b.material("roof"));
+    const RayScene rays = *RayScene::build(b.room);
+    for (const glm::dvec2& part : {glm::dvec2(0, 0.3), {1, 0.3}, {0.3, 0}, {0.3, 1}, {0, 0}, {1, 1}, {0, 1}, {1, 0}}) {
+      const auto found = surface_below(b.room, rays, glm::dvec2(low) + part * glm::dvec2(size), "", 0.2);
+      ASSERT_TRUE(found) << size.x << ": " << part.x << " " << part.y << ": " << found.error().message();
+      EXPECT_NEAR(found->height_m, 0.0, 1e-5) << size.x << ": " << part.x << " " << part.y;
+    }
+    EXPECT_FALSE(surface_below(b.room, rays, {low.x - 0.01, 1.0}, "", 0.2));
+  }
+}
+
 TEST_F(Placing, an_object_stands_on_its_lowest_points_however_it_is_turned_and_scaled) {
   const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
   for (const glm::dvec3& turn :
@@ -130,6 +147,33 @@ TEST_F(Placing, without_a_place_it_stands_in_the_middle_of_the_surface) {
   EXPECT_TRUE(set_down(object, WeighedMesh(mesh), room_, rays_));
   object.on->surface = "chair";
   EXPECT_FALSE(set_down(object, WeighedMesh(mesh), room_, rays_));
+}
+
+/// "wall" is a block inside and a chimney outside, which is higher; "shell" is the roof alone.
+TEST(PlacingByName, by_the_name_of_a_material_it_stands_inside_the_room_or_is_reported_on_the_roof) {
+  ObjectConfig object = on("wall", 0, 0);
+  object.on->has_place = false;
+  const ObjectMesh mesh = box_mesh({0.2f, 0.2f, 0.3f});
+  test::RoomBuilder b;
+  const std::uint32_t wall = b.material("wall"), shell = b.material("shell"), floor = b.material("parquet");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 0b001110);
+  b.box({0, 0, 0}, {4, 4, 3}, floor, 0b010000);
+  b.box({-3, 0, 3}, {4, 4, 3.4}, shell);       // its middle is beside the room
+  b.box({3, 3, 0}, {3.5, 3.5, 0.75}, wall);    // a block inside
+  b.box({-2, 1, 1.5}, {-1.6, 1.4, 3.6}, wall); // a chimney outside, the highest of all
+  const RayScene rays = *RayScene::build(b.room);
+  const auto placed = set_down(object, WeighedMesh(mesh), b.room, rays);
+  ASSERT_TRUE(placed) << placed.error().message();
+  EXPECT_LT(glm::length(placed->position - glm::dvec3(3.15, 3.15, 0.75)), 1e-5) << placed->position.z;
+  EXPECT_TRUE(standing_warnings(*placed, WeighedMesh(mesh), b.room, rays).empty());
+  object.on->surface = "shell";
+  const auto above = set_down(object, WeighedMesh(mesh), b.room, rays);
+  ASSERT_TRUE(above) << above.error().message();
+  EXPECT_NEAR(above->position.z, 3.4, 1e-5);
+  b.room.triangles.resize(b.room.triangles.size() - 12); // no chimney: the roof is the highest
+  const auto warned = standing_warnings(*above, WeighedMesh(mesh), b.room, *RayScene::build(b.room));
+  ASSERT_EQ(warned.size(), 1u);
+  EXPECT_NE(warned[0].find("may be its roof: \"shell\" has no place below a ceiling"), std::string::npos) << warned[0];
 }
 
 TEST_F(Placing, an_object_that_would_tip_or_is_cut_by_the_room_is_reported) {

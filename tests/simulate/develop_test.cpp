@@ -81,7 +81,7 @@ TEST_F(Develop, a_lens_takes_its_fall_off) {
 }
 
 TEST_F(Develop, a_scene_is_seen_through_the_lens_files_that_it_names) {
-  ASSERT_TRUE(write_sample_scene("overcast", folder_, 32, 31));
+  ASSERT_TRUE(write_sample_scene("overcast", folder_, 20, 15));
   LensModel camera = ideal_pinhole(40, 30, 0.5), sky = ideal_fisheye(32, 32, 3.0);
   camera.distortion[0] = -0.2;
   sky.distortion[0] = -0.01;

@@ -9,6 +9,7 @@
 
 #include "scene/config/config.h"
 #include "scene/image/image_formats.h"
+#include "simulate/build_scene.h"
 #include "simulate/irradiance.h"
 #include "simulate/picture.h"
 #include "simulate/sample_scene.h"

@@ -226,6 +226,23 @@ TEST(PictureError, uniform_gain_error_is_reported_as_such) {
   EXPECT_FALSE(measure_picture_error(in));
 }
 
+TEST(PictureError, columns_of_parts_that_no_pixel_shows_are_empty) {
+  PictureErrorInput in;
+  in.result = in.truth = in.room = RgbImage(20, 20, Rgb(1.0f));
+  in.coverage = RgbImage(20, 20);
+  for (int x = 9; x < 12; ++x)
+    in.coverage.at(x, 10) = Rgb(1.0f); // nothing is left of it after erosion, and it throws no shadow
+  const auto e = measure_picture_error(in);
+  ASSERT_TRUE(e) << e.error().message();
+  const std::string text = to_text(*e), json = to_json(*e);
+  EXPECT_NE(text.find("object          0        -        -            -          -\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("shadow          0        -        -            -          -\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("whole         400     0.00     0.00         0.00       0.00\n"), std::string::npos) << text;
+  EXPECT_NE(json.find("\"object\":{\"pixels\":0,\"relative_rms\":null,\"bias\":null,"), std::string::npos) << json;
+  in.truth = RgbImage(20, 20); // black: nothing can be said relative to it
+  EXPECT_NE(to_text(*measure_picture_error(in)).find("contact         0        -        -\n"), std::string::npos);
+}
+
 TEST(PictureError, a_second_truth_takes_the_noise_of_both_out_of_the_error) {
   std::mt19937 random(5);
   std::normal_distribution<float> noise(0.0f, 0.1f);
