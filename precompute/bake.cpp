@@ -112,8 +112,9 @@ std::size_t kept_rays(const BakeOptions& options, double needed_bytes) {
   return std::min(kMost, static_cast<std::size_t>((options.memory_bytes - needed_bytes) / sizeof(std::int32_t)));
 }
 
-/// What the probes see: with more rays where those of all are too few.
+/// What the probes see: with rays through small holes, and more rays where those of all are too few.
 Result<radiosity::GatherHits> seen_from(std::span<const glm::dvec3> points, const LightElements& elements,
+                                        std::span<const radiosity::HoleOutline> holes,
                                         const radiosity::WholeFaces& faces, std::span<const float> white,
                                         const BakeOptions& options, double needed_bytes, const Progress& progress) {
   auto hits = radiosity::gather_hits(points, elements.patches, elements.mesh, elements.rays,
@@ -121,6 +122,8 @@ Result<radiosity::GatherHits> seen_from(std::span<const glm::dvec3> points, cons
                                      kept_rays(options, needed_bytes));
   if (!hits)
     return hits.error();
+  if (const Result<void> aimed = hits->aim_at(holes, white, progress); !aimed)
+    return aimed.error();
   if (const Result<void> more = hits->add_rays(detail::more_rays(*hits, points, white, options.gather_rays), progress);
       !more)
     return more.error();
@@ -230,7 +233,8 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
                                             {.tolerance = options.tolerance}, progress);
   if (!white)
     return white.error();
-  const auto hits = seen_from(points.at, *elements, faces, *white, options, report.memory_bytes, progress);
+  const auto hits =
+      seen_from(points.at, *elements, problem->holes, faces, *white, options, report.memory_bytes, progress);
   if (!hits)
     return hits.error();
   clock.finish("rays");

@@ -31,6 +31,24 @@ void GatherHits::trace(std::size_t fan, std::span<std::int32_t> met) const {
   if (faces_)
     faces_->trace(origin_[fan], rays_in_groups_, turn_[fan], met);
   trace_facets(fan, met);
+  drop_covered(fan, met);
+}
+
+/// Aimed rays stand for those of the fan in the solid angles of their holes.
+void GatherHits::drop_covered(std::size_t fan, std::span<std::int32_t> met) const {
+  if (aimed_.empty() || aimed_[point_of(fan)].hole.empty())
+    return;
+  const AimedRays& aimed = aimed_[point_of(fan)];
+  for (std::size_t k = 0; k < met.size(); ++k)
+    if (met[k] >= 0 && aimed.covers(turned(fan_.direction[k], turn_[fan])))
+      met[k] = -1;
+}
+
+std::int32_t GatherHits::met_along(const glm::dvec3& origin, const glm::vec3& direction) const {
+  RayHit hit;
+  return scene_->closest(scene_->to_local(origin), direction, 0.0f, std::numeric_limits<float>::infinity(), hit)
+             ? set_->hit(*mesh_, hit.triangle, direction)
+             : -1;
 }
 
 void GatherHits::trace_facets(std::size_t fan, std::span<std::int32_t> met) const {
@@ -90,6 +108,32 @@ Result<void> GatherHits::keep_fans(const Progress& progress) {
   });
 }
 
+/// Kept where the mean radiosity of the holes' directions is above that of all.
+Result<void> GatherHits::aim_at(std::span<const HoleOutline> holes, std::span<const float> radiosity,
+                                const Progress& progress) {
+  if (holes.empty())
+    return {};
+  std::vector<AimedRays> made(points_);
+  const auto aim = [&](std::size_t p) {
+    AimedRays aimed = AimedRays::of(origin_[p], holes, static_cast<int>(rays_));
+    double met = 0, solid_angle_sr = 0;
+    for (AimedRay& ray : aimed.ray) {
+      ray.patch = met_along(origin_[p], ray.direction);
+      solid_angle_sr += static_cast<double>(ray.solid_angle_sr);
+      if (ray.patch >= 0)
+        met += static_cast<double>(ray.solid_angle_sr * radiosity[static_cast<std::size_t>(ray.patch)]);
+    }
+    if (met > solid_angle_sr * moments(p, radiosity)[0])
+      made[p] = std::move(aimed);
+  };
+  const Result<void> done = parallel_stage("rays", points_, kReport, progress, aim);
+  aimed_ = std::move(made);
+  const std::size_t kept = patch_.size() / rays_;
+  parallel_for(std::size_t{0}, kept,
+               [&](std::size_t fan) { drop_covered(fan, std::span(patch_).subspan(fan * rays_, rays_)); });
+  return done;
+}
+
 /// Fan k of n: turned by 2 pi k / n from the first one, so that all rays together are a lattice again.
 Result<void> GatherHits::add_rays(std::span<const std::uint16_t> more, const Progress& progress) {
   for (std::size_t p = 0; p < points_; ++p) {
@@ -108,6 +152,12 @@ std::size_t GatherHits::fans_of(std::size_t point) const {
   return first_more_.empty() ? 1 : 1 + first_more_[point + 1] - first_more_[point];
 }
 
+std::size_t GatherHits::point_of(std::size_t fan) const {
+  if (fan < points_)
+    return fan;
+  return static_cast<std::size_t>(std::ranges::upper_bound(first_more_, fan) - first_more_.begin()) - 1;
+}
+
 template <class Visit>
 void GatherHits::for_each_fan(std::size_t point, const Visit& visit) const {
   visit(point);
@@ -115,7 +165,7 @@ void GatherHits::for_each_fan(std::size_t point, const Visit& visit) const {
     visit(first_more_[point] + k - 1);
 }
 
-/// sum over the rays of B / N and B^2 / N
+/// sum over the fans' rays of B / N and B^2 / N, and over the aimed ones of B dw / 4 pi
 std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const float> radiosity) const {
   std::array<double, 2> sum{};
   for_each_fan(point, [&](std::size_t fan) {
@@ -128,7 +178,12 @@ std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const flo
       }
   });
   const auto rays = static_cast<double>(rays_ * fans_of(point));
-  return {sum[0] / rays, sum[1] / rays};
+  double aimed = 0;
+  if (!aimed_.empty())
+    for (const AimedRay& ray : aimed_[point].ray)
+      if (ray.patch >= 0)
+        aimed += static_cast<double>(ray.solid_angle_sr * radiosity[static_cast<std::size_t>(ray.patch)]);
+  return {sum[0] / rays + aimed / (4.0 * std::numbers::pi), sum[1] / rays};
 }
 
 /// Runs of equal group: area-weighted middle, common normal, mean area of the members.
@@ -172,6 +227,10 @@ void GatherHits::count_rays(std::size_t point, std::span<std::uint32_t> rays) co
       if (patch >= 0)
         std::atomic_ref(rays[static_cast<std::size_t>(patch)]).fetch_add(1, std::memory_order_relaxed);
   });
+  if (!aimed_.empty())
+    for (const AimedRay& ray : aimed_[point].ray)
+      if (ray.patch >= 0)
+        std::atomic_ref(rays[static_cast<std::size_t>(ray.patch)]).fetch_add(1, std::memory_order_relaxed);
 }
 
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
@@ -236,6 +295,8 @@ void GatherHits::weights(std::size_t point, std::span<const std::uint32_t> aggre
   });
   for (std::size_t k = 0; k < of_fan.size(); ++k)
     nine_rows[k] /= static_cast<float>(fans);
+  if (!aimed_.empty())
+    aimed_[point].add_harmonics(aggregate_of, aggregates, bands, nine_rows);
 }
 
 } // namespace daylit::radiosity

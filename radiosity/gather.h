@@ -7,6 +7,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "radiosity/detail/aimed_rays.h"
 #include "radiosity/detail/ray_fan.h"
 #include "radiosity/detail/whole_faces.h"
 #include "radiosity/patches.h"
@@ -31,10 +32,13 @@ public:
 
   std::size_t points() const { return points_; }
   std::size_t patches() const { return set_->patches.size(); }
+  /// Rays of their own for small holes, at points to which they bring more than their share of the light, `radiosity`
+  /// of each patch. Once, before add_rays(). Error: interrupted.
+  Result<void> aim_at(std::span<const HoleOutline> holes, std::span<const float> radiosity, const Progress& progress);
   /// More rays from some points, once: as often as `more` says for each point all directions again, turned about z by
   /// equal steps. Error: interrupted.
   Result<void> add_rays(std::span<const std::uint16_t> more, const Progress& progress);
-  /// Means over the rays of a point of the radiosity that they meet, and of its square.
+  /// Mean over the directions from a point of the radiosity that is met there, and of its square without aimed rays.
   std::array<double, 2> moments(std::size_t point, std::span<const float> radiosity) const;
   /// The nine rows of a point, steradian / pi: coefficient lm = sum over patches of weights[lm][patch] * radiosity.
   /// Overwritten.
@@ -66,6 +70,9 @@ private:
   template <class Visit>
   void for_each_fan(std::size_t point, const Visit& visit) const;
   std::size_t fans_of(std::size_t point) const;
+  std::size_t point_of(std::size_t fan) const;
+  std::int32_t met_along(const glm::dvec3& origin, const glm::vec3& direction) const;
+  void drop_covered(std::size_t fan, std::span<std::int32_t> met) const;
   Result<void> keep_fans(const Progress& progress);
   /// [aggregate][RayFan::kStride] of the rays of a fan; `aggregate_of` each patch.
   std::vector<float> sums(std::size_t fan, std::span<const std::uint32_t> aggregate_of, std::size_t aggregates,
@@ -84,6 +91,7 @@ private:
   std::vector<glm::dvec3> origin_;      ///< of each fan
   std::vector<glm::vec2> turn_;         ///< of each fan: cosine and sine of the angle
   std::vector<std::size_t> first_more_; ///< fan of each point after its first, and the end; empty: there are none
+  std::vector<AimedRays> aimed_;        ///< of each point; empty: none has any
   std::size_t rays_ = 0;                ///< of a fan
   std::vector<Group> groups_;
   std::vector<std::int32_t> patch_; ///< [fan][ray] of the first fans; -1 for none or a black side

@@ -51,6 +51,8 @@ Result<radiosity::GatherHits> seen_from_points(const Stage& s, const Audit& audi
                                      {.rays = rays, .group = s.elements.parent, .faces = &s.faces}, s.progress);
   if (!seen)
     return seen.error();
+  if (const Result<void> aimed = seen->aim_at(s.problem.holes, s.white, s.progress); !aimed)
+    return aimed.error();
   if (const Result<void> more = seen->add_rays(more_rays(*seen, points, s.white, rays), s.progress); !more)
     return more.error();
   return seen;

@@ -50,7 +50,7 @@ std::vector<std::uint16_t> more_rays(const radiosity::GatherHits& hits, std::spa
     double variance = 0;
     for (const std::uint32_t p : groups[g]) {
       const auto [mean, square] = hits.moments(p, radiosity);
-      variance += mean > 0 ? square / (mean * mean) - 1.0 : 0.0;
+      variance += mean > 0 ? std::max(0.0, square / (mean * mean) - 1.0) : 0.0;
     }
     variance /= static_cast<double>(groups[g].size());
     const double fans = std::ceil(variance / (kNoise * kNoise * rays));

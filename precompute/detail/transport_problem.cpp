@@ -7,6 +7,7 @@
 
 #include "precompute/far_probes.h"
 #include "precompute/probes.h"
+#include "precompute/small_holes.h"
 
 namespace daylit::precompute::detail {
 
@@ -104,6 +105,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
                                       options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
   for (radiosity::Patch& e : p.patches.patches)
     e.importance = static_cast<float>(importance(p.mesh, e.corner, p.field));
+  p.holes = convex_outlines(small_holes(room, p.room_scene, p.apertures.list), p.mesh.origin);
   report.apertures = p.apertures.report;
   report.facets = p.mesh.facets.size();
   report.fixed_facets = p.mesh.fixed_facets;

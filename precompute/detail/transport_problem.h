@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 
 #include "precompute/bake.h"
+#include "radiosity/gather.h"
 #include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
@@ -41,6 +42,7 @@ struct Problem {
   radiosity::SizeField field;
   radiosity::SurfaceMesh mesh;
   radiosity::PatchSet patches;
+  std::vector<radiosity::HoleOutline> holes; ///< small ones between rooms
 };
 
 /// Fills the counts of mesh, probes and unknowns in the report.

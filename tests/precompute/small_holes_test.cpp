@@ -51,13 +51,24 @@ TEST(SmallHoles, are_neither_filled_nor_glazed_nor_blocked) {
   EXPECT_TRUE(holes_of(b.room).empty());
 }
 
+TEST(SmallHoles, have_convex_outlines_relative_to_a_point) {
+  const auto outlines = convex_outlines(holes_of(divided(0.1).room), {1, 3, 1});
+  ASSERT_EQ(outlines.size(), 1u);
+  ASSERT_EQ(outlines[0].size(), 4u);
+  for (const glm::dvec3& c : outlines[0]) {
+    EXPECT_NEAR(std::abs(c.x - 0.05), 0.05, 1e-6);
+    EXPECT_NEAR(c.y, 0.0, 1e-6);
+    EXPECT_NEAR(std::abs(c.z - 0.05), 0.05, 1e-6);
+  }
+}
+
 TEST(SmallHoles, have_planes_around_them_and_none_through_them) {
   Planes planes;
   add_planes_near(holes_of(divided(0.1).room), planes);
   const auto holds = [&](std::size_t axis, double at) {
     return std::ranges::any_of(planes[axis], [&](const ProbePlane& p) { return std::abs(p.at - at) < 1e-6; });
   };
-  for (const double d : {0.05, 0.55}) {
+  for (const double d : {0.05, 0.56}) {
     EXPECT_TRUE(holds(1, 3 - d) && holds(1, 3 + d)) << d;
   }
   for (const std::size_t axis : {0u, 2u}) {

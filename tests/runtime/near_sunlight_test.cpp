@@ -117,7 +117,7 @@ struct SunnyFloor {
     const auto count = static_cast<std::size_t>(probes[v].count);
     return FirstReflection::make(volume, room.rays)
         ->correction(at()[v], std::span(probes[v].probe).first(count), std::span(probes[v].weight).first(count),
-                     stored(), [](std::size_t, const glm::dvec3&) { return patch_radiance(); })
+                     stored(), [](std::size_t, const FirstReflection::Triangle&) { return patch_radiance(); })
         .nine;
   }
 };
