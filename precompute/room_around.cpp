@@ -21,7 +21,7 @@ constexpr double kEnclosed = 0.5;        // of the rays that have to meet someth
 constexpr std::uint32_t kAirRays = 256;  // from each point: 20 points within 3 m find a niche of 30 cm
 constexpr double kBeforeSurface = 0.999; // of the way to a hit
 
-glm::dvec3 direction(std::uint32_t k) { return radiosity::sphere_direction(radiosity::r2_point(k, glm::dvec2(0.0))); }
+glm::dvec3 direction(std::uint32_t k) { return radiosity::sphere_direction(r2_point(k, glm::dvec2(0.0))); }
 
 } // namespace
 

@@ -1,6 +1,7 @@
 #pragma once
 
-// Low-discrepancy points and the maps that carry them to triangles, hemispheres and spherical triangles.
+// Random numbers by counter, and the maps that carry them and low-discrepancy points to hemispheres, spheres and
+// spherical triangles.
 
 #include <algorithm>
 #include <array>
@@ -12,6 +13,8 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/core/r2_points.h"
+
 namespace daylit::radiosity {
 
 /// 64-bit mix (Stafford variant 13): decorrelates counters, so that every value is a function of (seed, index) only.
@@ -22,25 +25,8 @@ inline std::uint64_t mix_bits(std::uint64_t x) {
 }
 inline double unit_interval(std::uint64_t bits) { return static_cast<double>(bits >> 11) * 0x1p-53; }
 
-/// k-th point of the R2 sequence (Roberts 2018), shifted by `shift`; both coordinates in [0, 1).
-inline glm::dvec2 r2_point(std::uint32_t k, const glm::dvec2& shift) {
-  const double x = shift.x + 0.75487766624669276005 * (k + 1), y = shift.y + 0.56984029099805326591 * (k + 1);
-  return {x - std::floor(x), y - std::floor(y)};
-}
 inline glm::dvec2 random_shift(std::uint64_t seed) {
   return {unit_interval(mix_bits(seed)), unit_interval(mix_bits(seed + 0x9E3779B97F4A7C15ull))};
-}
-
-/// Uniform on a triangle, low distortion (Heitz 2019).
-inline glm::dvec3 on_triangle(const std::array<glm::dvec3, 3>& t, glm::dvec2 u) {
-  if (u.y > u.x) {
-    u.x *= 0.5;
-    u.y -= u.x;
-  } else {
-    u.y *= 0.5;
-    u.x -= u.y;
-  }
-  return t[0] + u.x * (t[1] - t[0]) + u.y * (t[2] - t[0]);
 }
 
 /// Branch-free orthonormal basis (Duff et al. 2017).

@@ -13,6 +13,7 @@
 #include "runtime/indirect/box_lattice.h"
 #include "runtime/indirect/room_planes.h"
 #include "scene/core/parallel.h"
+#include "scene/volume/lit_piece.h"
 #include "sh/sh9.h"
 
 namespace daylit {
@@ -83,8 +84,8 @@ double NearSunlight::longest_at(const glm::dvec3& point, const Bounds& box) cons
   return std::max(kFine * away, kLeast * half);
 }
 
-/// Cut until it is small beside its distance from the object, then as the middles of its quarters are lit, times the
-/// part of the object's corners that see it.
+/// Cut until it is small beside its distance from the object, then as points of it are lit, times the part of the
+/// object's corners that see it.
 void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& element, const Bounds& box,
                        Pieces& pieces) const {
   const Triangle t = pieces.all[index].corner;
@@ -93,8 +94,7 @@ void NearSunlight::cut(std::uint32_t index, const FirstReflection::Element& elem
   const bool is_large = edge > longest_at(middle, box), may_be_dark = edge < 0.5 * kDark * glm::length(box.size());
   Rgb radiance(0.0f);
   if (!is_large || may_be_dark)
-    for (const Triangle& part : quarters(t))
-      radiance += 0.25f * sunlit(element, middle_of(part));
+    radiance = mean_over_piece(t, [&](const glm::dvec3& point, int) { return sunlit(element, point); });
   if (is_large && !(may_be_dark && radiance == Rgb(0.0f))) {
     const auto first = static_cast<std::uint32_t>(pieces.all.size());
     Rgb sum(0.0f);

@@ -8,27 +8,13 @@
 #include <glm/geometric.hpp>
 
 #include "scene/sky/sun.h"
+#include "scene/volume/lit_piece.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kSunPoints = 64; ///< of the sun's disc and of each piece of a patch,
-constexpr int kFewPoints = 16; ///< of them where all are lit alike
-
-/// k-th of the points that fill a triangle evenly: the additive recurrence of the plastic number (Roberts 2018), folded
-/// into the triangle, turned by the triangle's place so that pieces side by side take different ones.
-glm::dvec3 point_of(const FirstReflection::Triangle& t, int k) {
-  const double turn = glm::dot(t[0], glm::dvec3(7919.13, 10472.97, 15485.63));
-  double u = turn + 0.7548776662466927 * k, v = 0.37 * turn + 0.5698402909980532 * k;
-  u -= std::floor(u);
-  v -= std::floor(v);
-  if (u + v > 1.0) {
-    u = 1.0 - u;
-    v = 1.0 - v;
-  }
-  return t[0] + u * (t[1] - t[0]) + v * (t[2] - t[0]);
-}
+constexpr int kSunPoints = 64; ///< of the sun's disc
 
 } // namespace
 
@@ -87,15 +73,10 @@ Rgb IndirectLight::sent(const LitSurfaces& lit, std::size_t element, const First
   const Rgb of_sky = lit.of_sky.at(element, e, (piece[0] + piece[1] + piece[2]) / 3.0);
   if (lit.sunlit.empty() || !lit.sunlit[element])
     return of_sky;
-  Rgb sum(0.0f);
-  int seen = 0, count = 0;
-  for (; count < kSunPoints && (count != kFewPoints || (seen > 0 && seen < count)); ++count) {
-    const Rgb light =
-        sunlit(lit, e, point_of(piece, count), lit.direction[static_cast<std::size_t>(37 * count % kSunPoints)]);
-    sum += light;
-    seen += light != Rgb(0.0f);
-  }
-  return of_sky + sum * e.reflectance * lit.normal_irradiance / (static_cast<float>(count) * std::numbers::pi_v<float>);
+  const Rgb sunlight = mean_over_piece(piece, [&](const glm::dvec3& point, int k) {
+    return sunlit(lit, e, point, lit.direction[static_cast<std::size_t>(37 * k % kSunPoints)]);
+  });
+  return of_sky + sunlight * e.reflectance * lit.normal_irradiance / std::numbers::pi_v<float>;
 }
 
 std::optional<ShRadiance> IndirectLight::at(const glm::dvec3& p) const {

@@ -211,6 +211,25 @@ TEST(NearSunlight, of_a_floor_that_is_lit_all_over_is_the_correction_of_each_poi
   }
 }
 
+TEST(NearSunlight, of_a_strip_6_cm_wide_half_a_metre_away_is_its_solid_angle) {
+  SunnyFloor floor({{2.0, 4.5, 0.3}}, {1.0f, 3.0f, 4.5f, 5.0f});
+  floor.sun->direction = glm::normalize(glm::dvec3(0.0, 0.05, 1.0)); // lights 4.895 < y < 4.955
+  const std::vector<Sh9Rgb> light = sum(floor.base(), floor.correction());
+  double error2 = 0, power2 = 0;
+  for (std::size_t v = 0; v < light.size(); ++v) {
+    const glm::dvec3& x = floor.at()[v];
+    double omega = 0.0;
+    for (const double a : {x.x - kX0, kX1 - x.x})
+      for (const double b : {4.955 - x.y, x.y - 4.895})
+        omega += std::atan(a * b / (x.z * std::sqrt(a * a + b * b + x.z * x.z)));
+    const double cosine = floor.sun->direction.z / kTowardsSun.z, // patch_radiance() is that of kTowardsSun
+        exact = static_cast<double>(SunnyFloor::patch_radiance().g) * cosine * omega * 0.28209479;
+    error2 += std::pow(static_cast<double>(light[v][0].g) - exact, 2);
+    power2 += exact * exact;
+  }
+  EXPECT_LT(std::sqrt(error2 / power2), 0.02); // 0.4 %
+}
+
 TEST(NearSunlight, is_proportional_to_the_sun_and_zero_without_one) {
   SunnyFloor floor;
   const std::vector<Sh9Rgb> light = floor.correction();
