@@ -27,7 +27,7 @@ constexpr double kInset = 0.02; // of the box: floors touch it
 constexpr double kFine = 0.5;   // longest edge of a piece, of its distance
 constexpr double kLeast = 0.02; // the same, of half the box's diagonal,
 constexpr double kDark = 0.2;   // and of pieces that lie in shadow
-constexpr double kLift = 0.001; // the same: off the surface that a vertex may lie on
+constexpr double kLift = 0.015;  // the same: off the surface that a vertex may lie on, as far as the smallest pieces
 constexpr double kReach = 2.0;  // of the distance of probes, as FirstReflection has it
 
 double longest_edge(const Triangle& t) {
@@ -212,10 +212,14 @@ void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
     if (used[k])
       light[k] = light_of(sunlit, lattice.position(k));
   });
-  const glm::dvec3 lift(0.0, 0.0, 0.5 * kLift * glm::length(box.size())), rim = kInset * box.size();
+  const double lift = 0.5 * kLift * glm::length(box.size()), rim = kInset * box.size().z;
+  const auto off_surfaces = [&](const glm::dvec3& x) {
+    const auto away = static_cast<double>(rays_->distance(rays_->to_local(x), static_cast<float>(lift)));
+    return x + glm::dvec3(0.0, 0.0, lift - std::min(away, lift));
+  };
   parallel_for(first, last, [&](std::size_t v) {
-    if (at[v].z < box.min.z + rim.z)
-      unit_[v] = light_of(sunlit, at[v] + lift);
+    if (at[v].z < box.min.z + rim)
+      unit_[v] = light_of(sunlit, off_surfaces(at[v]));
     else
       for (const BoxLattice::Corner& c : lattice.around(at[v]))
         for (std::size_t i = 0; i < 9; ++i)

@@ -211,6 +211,23 @@ TEST(NearSunlight, of_a_floor_that_is_lit_all_over_is_the_correction_of_each_poi
   }
 }
 
+TEST(NearSunlight, where_an_object_touches_the_patch_comes_from_all_of_the_half_space_below) {
+  SunnyFloor floor({{2.0, 2.5, 0.1}});
+  const std::vector<Sh9Rgb> light = sum(floor.base(), floor.correction());
+  int touching = 0;
+  for (std::size_t v = 0; v < light.size(); ++v) {
+    if (floor.at()[v].z > 0.001)
+      continue;
+    ++touching;
+    const auto radiance = static_cast<double>(SunnyFloor::patch_radiance().g);
+    const double along_z = -std::sqrt(3.0 / (4.0 * test::kPi)) * test::kPi * radiance; // L_10
+    EXPECT_NEAR(static_cast<double>(light[v][2].g), along_z, -0.08 * along_z);
+    for (const std::size_t level : {1u, 3u})
+      EXPECT_NEAR(static_cast<double>(light[v][level].g), 0.0, -0.08 * along_z);
+  }
+  EXPECT_GT(touching, 0);
+}
+
 TEST(NearSunlight, of_a_strip_6_cm_wide_half_a_metre_away_is_its_solid_angle) {
   SunnyFloor floor({{2.0, 4.5, 0.3}}, {1.0f, 3.0f, 4.5f, 5.0f});
   floor.sun->direction = glm::normalize(glm::dvec3(0.0, 0.05, 1.0)); // lights 4.895 < y < 4.955
