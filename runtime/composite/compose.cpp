@@ -12,6 +12,7 @@
 
 #include "runtime/composite/change_picture.h"
 #include "runtime/composite/drawn_picture.h"
+#include "runtime/composite/patch_borders.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
@@ -348,6 +349,8 @@ void compose(const PhotoPixels& photo, const RenderedFrame& frame, const RenderC
   });
   result.shadow_pixels = shadow_pixels;
   result.object_pixels = object_pixels;
+  if (settings.differential)
+    fill_patch_borders(drawn, result);
   if (things)
     add_edges(*things, result);
 }
