@@ -115,7 +115,11 @@ Result<void> GatherHits::aim_at(std::span<const HoleOutline> holes, std::span<co
     return {};
   std::vector<AimedRays> made(points_);
   const auto aim = [&](std::size_t p) {
-    AimedRays aimed = AimedRays::of(origin_[p], holes, static_cast<int>(rays_));
+    const glm::vec3 from = scene_->to_local(origin_[p]);
+    AimedRays aimed = AimedRays::of(origin_[p], holes, static_cast<int>(rays_),
+                                    [&](const glm::vec3& way) { return !scene_->occluded(from, way, 0.0f, 0.999f); });
+    if (aimed.ray.empty())
+      return;
     double met = 0, solid_angle_sr = 0;
     for (AimedRay& ray : aimed.ray) {
       ray.patch = met_along(origin_[p], ray.direction);
@@ -165,7 +169,8 @@ void GatherHits::for_each_fan(std::size_t point, const Visit& visit) const {
     visit(first_more_[point] + k - 1);
 }
 
-/// sum over the fans' rays of B / N and B^2 / N, and over the aimed ones of B dw / 4 pi
+/// m = sum over the fans' rays of B / N, s = that of B^2 / N, a = sum over the aimed ones of B dw / 4 pi: m + a, s -
+/// m^2.
 std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const float> radiosity) const {
   std::array<double, 2> sum{};
   for_each_fan(point, [&](std::size_t fan) {
@@ -183,7 +188,8 @@ std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const flo
     for (const AimedRay& ray : aimed_[point].ray)
       if (ray.patch >= 0)
         aimed += static_cast<double>(ray.solid_angle_sr * radiosity[static_cast<std::size_t>(ray.patch)]);
-  return {sum[0] / rays + aimed / (4.0 * std::numbers::pi), sum[1] / rays};
+  const double mean = sum[0] / rays;
+  return {mean + aimed / (4.0 * std::numbers::pi), std::max(0.0, sum[1] / rays - mean * mean)};
 }
 
 /// Runs of equal group: area-weighted middle, common normal, mean area of the members.
@@ -220,17 +226,21 @@ std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::
   return again;
 }
 
-void GatherHits::count_rays(std::size_t point, std::span<std::uint32_t> rays) const {
+void GatherHits::count_rays(std::size_t point, std::span<std::uint64_t> rays) const {
+  const auto add = [&](std::int32_t patch, std::uint64_t count) {
+    if (patch >= 0)
+      std::atomic_ref(rays[static_cast<std::size_t>(patch)]).fetch_add(count, std::memory_order_relaxed);
+  };
   for_each_fan(point, [&](std::size_t fan) {
     std::vector<std::int32_t> again;
     for (const std::int32_t patch : met(fan, again))
-      if (patch >= 0)
-        std::atomic_ref(rays[static_cast<std::size_t>(patch)]).fetch_add(1, std::memory_order_relaxed);
+      add(patch, kRay);
   });
-  if (!aimed_.empty())
-    for (const AimedRay& ray : aimed_[point].ray)
-      if (ray.patch >= 0)
-        std::atomic_ref(rays[static_cast<std::size_t>(ray.patch)]).fetch_add(1, std::memory_order_relaxed);
+  if (aimed_.empty())
+    return;
+  const double per_sr = static_cast<double>(kRay * rays_ * fans_of(point)) / (4.0 * std::numbers::pi);
+  for (const AimedRay& ray : aimed_[point].ray)
+    add(ray.patch, static_cast<std::uint64_t>(1.0 + per_sr * static_cast<double>(ray.solid_angle_sr)));
 }
 
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {

@@ -38,7 +38,7 @@ public:
   /// More rays from some points, once: as often as `more` says for each point all directions again, turned about z by
   /// equal steps. Error: interrupted.
   Result<void> add_rays(std::span<const std::uint16_t> more, const Progress& progress);
-  /// Mean over the directions from a point of the radiosity that is met there, and of its square without aimed rays.
+  /// Mean over the directions from a point of the radiosity that is met there, and the variance of a ray of its fans.
   std::array<double, 2> moments(std::size_t point, std::span<const float> radiosity) const;
   /// The nine rows of a point, steradian / pi: coefficient lm = sum over patches of weights[lm][patch] * radiosity.
   /// Overwritten.
@@ -47,8 +47,10 @@ public:
   /// on. A group is one aggregate, or each of its patches is.
   void weights(std::size_t point, std::span<const std::uint32_t> aggregate_end, float* nine_rows,
                Bands bands = Bands::low) const;
-  /// Adds to rays[p] how many rays of the point meet patch p. Several threads may add to the list.
-  void count_rays(std::size_t point, std::span<std::uint32_t> rays) const;
+  /// Adds to rays[p] how many rays of the point meet patch p, each kRay; an aimed one in proportion to its solid angle,
+  /// at least 1. Several threads may add to the list.
+  void count_rays(std::size_t point, std::span<std::uint64_t> rays) const;
+  static constexpr std::uint64_t kRay = 4096;
   /// Sets groups[g] (GatherOptions::group) to 1 where the members count by themselves at the point.
   void mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const;
 

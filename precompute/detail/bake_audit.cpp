@@ -68,11 +68,11 @@ struct HeldOutLight {
 /// reflectance (green, as the light of suns() is).
 std::vector<double> weight_in(const radiosity::PatchSet& elements, const radiosity::GatherHits& seen,
                               const std::array<std::size_t, 2>& points) {
-  std::vector<std::uint32_t> rays(seen.patches(), 0);
+  std::vector<std::uint64_t> rays(seen.patches(), 0);
   parallel_for(points[0], points[1], [&](std::size_t p) { seen.count_rays(p, rays); });
   std::vector<double> weight;
   for (std::size_t e = 0; e < rays.size(); ++e)
-    weight.push_back(rays[e] * static_cast<double>(elements.patches[e].reflectance.g));
+    weight.push_back(static_cast<double>(rays[e]) * static_cast<double>(elements.patches[e].reflectance.g));
   return weight;
 }
 

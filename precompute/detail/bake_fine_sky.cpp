@@ -13,7 +13,7 @@ namespace {
 GatherRows gather_rows(const Stage& s) {
   const auto sight = [&s](std::span<const std::uint32_t> some, std::span<Sight> of_patches) {
     std::vector<std::uint8_t> distinguished(of_patches.size(), 0);
-    std::vector<std::uint32_t> rays(s.hits.patches(), 0);
+    std::vector<std::uint64_t> rays(s.hits.patches(), 0);
     for (const std::uint32_t point : s.fit.needed(some)) {
       s.hits.mark_distinguished(s.points.position[point], distinguished);
       s.hits.count_rays(s.points.position[point], rays);
@@ -43,11 +43,12 @@ GatherRows gather_rows(const Stage& s) {
 /// reflection, for grey surfaces.
 Result<ProbeSight> probe_sight(const Stage& s) {
   const radiosity::PatchSet& elements = s.elements.patches;
-  std::vector<std::uint32_t> rays(s.hits.patches(), 0);
+  std::vector<std::uint64_t> rays(s.hits.patches(), 0);
   parallel_for(std::size_t{0}, s.points.at.size(), [&](std::size_t p) { s.hits.count_rays(p, rays); });
+  constexpr auto kRay = static_cast<double>(radiosity::GatherHits::kRay);
   std::vector<float> light;
   for (std::size_t e = 0; e < rays.size(); ++e)
-    light.push_back(static_cast<float>(rays[e] / elements.patches[e].area_m2));
+    light.push_back(static_cast<float>(static_cast<double>(rays[e]) / kRay / elements.patches[e].area_m2));
   const auto sent =
       grey_radiosity(s.problem.patches, s.elements, s.exchange, light, {.tolerance = s.options.tolerance}, s.progress);
   if (!sent)

@@ -40,8 +40,8 @@ Result<std::vector<float>> grey_radiosity(const radiosity::PatchSet& patches, co
   return mean;
 }
 
-/// The mean of N rays that meet radiosities B errs by sqrt((<B^2> / <B>^2 - 1) / N) of itself: N <= kNoise^-2 times
-/// that variance, in the mean over neighbouring points.
+/// The mean B of a point errs by sqrt(v / N) / B of itself, v: variance of its N rays. N <= kNoise^-2 v / B^2, in the
+/// mean over neighbouring points.
 std::vector<std::uint16_t> more_rays(const radiosity::GatherHits& hits, std::span<const glm::dvec3> at,
                                      std::span<const float> radiosity, int rays) {
   const auto groups = neighbours(std::vector<glm::vec3>(at.begin(), at.end()), {}, kNeighbours);
@@ -49,8 +49,8 @@ std::vector<std::uint16_t> more_rays(const radiosity::GatherHits& hits, std::spa
   parallel_for(std::size_t{0}, groups.size(), [&](std::size_t g) {
     double variance = 0;
     for (const std::uint32_t p : groups[g]) {
-      const auto [mean, square] = hits.moments(p, radiosity);
-      variance += mean > 0 ? std::max(0.0, square / (mean * mean) - 1.0) : 0.0;
+      const auto [mean, of_ray] = hits.moments(p, radiosity);
+      variance += mean > 0 ? of_ray / (mean * mean) : 0.0;
     }
     variance /= static_cast<double>(groups[g].size());
     const double fans = std::ceil(variance / (kNoise * kNoise * rays));

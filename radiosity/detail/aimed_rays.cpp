@@ -11,6 +11,17 @@
 
 namespace daylit::radiosity {
 
+namespace {
+
+glm::dvec3 middle_of(const HoleOutline& outline) {
+  glm::dvec3 sum(0.0);
+  for (const glm::dvec3& c : outline)
+    sum += c;
+  return sum / static_cast<double>(outline.size());
+}
+
+} // namespace
+
 HoleView HoleView::of(const HoleOutline& outline, const glm::dvec3& point) {
   HoleView view;
   glm::dvec3 middle(0.0);
@@ -47,23 +58,31 @@ glm::dvec3 HoleView::direction(const glm::dvec2& u) const {
                                {part > 0.0 ? std::min(pick / part, 1.0) : 0.0, u.y});
 }
 
-AimedRays AimedRays::of(const glm::dvec3& point, std::span<const HoleOutline> holes, int rays_of_fan) {
+AimedRays AimedRays::of(const glm::dvec3& point, std::span<const HoleOutline> holes, int rays_of_fan,
+                        const std::function<bool(const glm::vec3& way)>& sees) {
   constexpr double kLeast_sr = 1e-7;
   const double most_sr = 4.0 * std::numbers::pi * kRaysOfHole / rays_of_fan;
+  std::vector<std::pair<double, std::size_t>> by_size;
+  for (std::size_t h = 0; h < holes.size(); ++h)
+    if (const double sr = HoleView::of(holes[h], point).solid_angle_sr; sr > kLeast_sr && sr < most_sr)
+      by_size.emplace_back(-sr, h);
+  std::ranges::sort(by_size);
   AimedRays aimed;
-  for (const HoleOutline& outline : holes)
-    if (HoleView view = HoleView::of(outline, point); view.solid_angle_sr > kLeast_sr && view.solid_angle_sr < most_sr)
-      aimed.hole.push_back(std::move(view));
-  std::ranges::stable_sort(aimed.hole, std::ranges::greater{}, &HoleView::solid_angle_sr);
-  aimed.hole.resize(std::min(aimed.hole.size(), kMostHoles));
-  for (std::size_t h = 0; h < aimed.hole.size(); ++h)
-    for (std::uint32_t k = 0; k < kRaysOfHole; ++k) {
-      const glm::dvec3 d = aimed.hole[h].direction(r2_point(k, random_shift(h)));
-      const auto before = std::span(aimed.hole).first(h);
-      if (std::ranges::none_of(before, [&](const HoleView& larger) { return larger.holds(d); }))
-        aimed.ray.push_back({glm::vec3(d), static_cast<float>(aimed.hole[h].solid_angle_sr / kRaysOfHole), -1});
-    }
+  for (const auto& [less_sr, h] : by_size) {
+    const glm::dvec3 way = middle_of(holes[h]) - point;
+    if (aimed.hole.size() == kMostHoles)
+      break;
+    if (!aimed.covers(way) && sees(glm::vec3(way)))
+      aimed.add(HoleView::of(holes[h], point));
+  }
   return aimed;
+}
+
+void AimedRays::add(HoleView view) {
+  for (std::uint32_t k = 0; k < kRaysOfHole; ++k)
+    if (const glm::dvec3 d = view.direction(r2_point(k, random_shift(hole.size()))); !covers(d))
+      ray.push_back({glm::vec3(d), static_cast<float>(view.solid_angle_sr / kRaysOfHole), -1});
+  hole.push_back(std::move(view));
 }
 
 bool AimedRays::covers(const glm::dvec3& d) const {

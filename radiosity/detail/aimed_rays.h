@@ -5,6 +5,7 @@
 // & Wang 1996), the fan's rays count elsewhere.
 
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -40,9 +41,12 @@ struct AimedRays {
   std::vector<HoleView> hole;
   std::vector<AimedRay> ray;
 
-  /// At the holes under which fewer of a fan's rays are expected than kRaysOfHole, those that look largest; where two
-  /// overlap, the one that looks larger counts. Rays without patches.
-  static AimedRays of(const glm::dvec3& point, std::span<const HoleOutline> holes, int rays_of_fan);
+  /// At the holes in which fewer of a fan's rays are expected than kRaysOfHole, those that look largest, of which
+  /// `sees` (way from the point to the middle) says that nothing stands before them. Where two overlap, the larger
+  /// counts, and one that lies within another, the far rim of a hole in a thick wall, is none. Rays without patches.
+  static AimedRays of(const glm::dvec3& point, std::span<const HoleOutline> holes, int rays_of_fan,
+                      const std::function<bool(const glm::vec3& way)>& sees);
+  void add(HoleView view);
   bool covers(const glm::dvec3& direction) const;
   /// Y_lm(w) dw / pi of each ray to rows[lm][aggregate], of nine.
   void add_harmonics(std::span<const std::uint32_t> aggregate_of, std::size_t aggregates, Bands bands,
@@ -50,6 +54,7 @@ struct AimedRays {
 
   static constexpr int kRaysOfHole = 64;
   static constexpr std::size_t kMostHoles = 4;
+  static constexpr std::size_t kMostBytes = 8192; ///< of a point
 };
 
 } // namespace daylit::radiosity

@@ -54,6 +54,15 @@ struct DrawnPicture {
     return camera.drawn_position.empty() ? at(x, y).triangle : kUnknownTriangle;
   }
 
+  /// The same of the drawn pixel nearest to the photograph's.
+  std::uint32_t nearest_triangle(int x, int y) const {
+    const glm::ivec2 p(glm::round(position(x, y)));
+    return at(p.x, p.y).triangle;
+  }
+  bool shows_thing(int x, int y) const {
+    return things && things->part[static_cast<std::size_t>(y) * camera.photo_width_px + x] > 0.0f;
+  }
+
   glm::vec2 position(int x, int y) const {
     return camera.drawn_position.empty()
                ? glm::vec2(x, y)

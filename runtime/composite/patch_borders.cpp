@@ -17,7 +17,7 @@ std::uint8_t& touched(Composite& result, int x, int y) {
   return result.touched[static_cast<std::size_t>(y) * result.picture.width + x];
 }
 
-/// What pixels without objects had of the sun before these took all of it; kOther elsewhere.
+/// What pixels without objects had of the sun, where these leave none of it (pixels without sun too); kOther elsewhere.
 class ShadowedSun {
 public:
   static constexpr float kOther = -1.0f;
@@ -43,7 +43,8 @@ public:
     float most = 0.0f, least = at(x, y);
     for (int v = y - kBeside; v <= y + kBeside; ++v)
       for (int u = x - kBeside; u <= x + kBeside; ++u)
-        if (const float sun = at(u, v); sun != kOther && drawn_.triangle(u, v) == drawn_.triangle(x, y)) {
+        if (const float sun = at(u, v);
+            sun != kOther && drawn_.nearest_triangle(u, v) == drawn_.nearest_triangle(x, y)) {
           most = std::max(most, sun);
           least = std::min(least, sun);
         }
@@ -54,8 +55,8 @@ private:
   float sun_at(int x, int y) const {
     const DrawnPixel pixel = drawn_.photo_pixel(x, y);
     const float taken = std::min({pixel.lost_sun.r, pixel.lost_sun.g, pixel.lost_sun.b});
-    return pixel.lost_sky.w > kWhole && pixel.object.w <= 0.0f && taken >= kWhole * pixel.received.y &&
-                   drawn_.parts(x, y).empty()
+    return pixel.lost_sky.w > kWhole && pixel.object.w <= 0.0f && !drawn_.shows_thing(x, y) &&
+                   taken >= kWhole * pixel.received.y && drawn_.parts(x, y).empty()
                ? pixel.received.y
                : kOther;
   }
@@ -73,7 +74,7 @@ void fill(int x, int y, const DrawnPicture& drawn, const ShadowedSun& sun, const
   for (int v = y - kFrom; v <= y + kFrom; ++v)
     for (int u = x - kFrom; u <= x + kFrom; ++u)
       if (sun.at(u, v) != ShadowedSun::kOther && !border[sun.index(u, v)] &&
-          drawn.triangle(u, v) == drawn.triangle(x, y)) {
+          drawn.nearest_triangle(u, v) == drawn.nearest_triangle(x, y)) {
         sum += result.picture.at(u, v);
         ++count;
       }

@@ -70,7 +70,8 @@ Finding check_sky_lens(const std::filesystem::path& file) {
 Findings check_pictures(const RunConfig& config) {
   Findings all;
   if (config.sky.projection == "fisheye")
-    all.push_back(check_sky_lens(config.sky.lens));
+    if (Finding lens = check_sky_lens(config.sky.lens); lens.level != Finding::Level::error)
+      all.push_back(std::move(lens)); // else the picture's reader says it
   const auto sky = read_sky(config.sky);
   all.push_back(sky ? all_well("sky picture", config.sky.image.string()) : failure("sky picture", sky.error()));
   const auto interior = read_interior(config);

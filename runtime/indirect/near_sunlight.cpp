@@ -27,7 +27,7 @@ constexpr double kInset = 0.02; // of the box: floors touch it
 constexpr double kFine = 0.5;   // longest edge of a piece, of its distance
 constexpr double kLeast = 0.02; // the same, of half the box's diagonal,
 constexpr double kDark = 0.2;   // and of pieces that lie in shadow
-constexpr double kLift = 0.015;  // the same: off the surface that a vertex may lie on, as far as the smallest pieces
+constexpr double kLift = 0.015; // the same: upwards off what a vertex may lie on, as far as the smallest pieces
 constexpr double kReach = 2.0;  // of the distance of probes, as FirstReflection has it
 
 double longest_edge(const Triangle& t) {

@@ -25,7 +25,7 @@ double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y 
 /// Convex hull, counter-clockwise (Andrew 1979).
 std::vector<glm::dvec2> convex_hull(std::vector<glm::dvec2> p) {
   std::ranges::sort(p, [](const auto& a, const auto& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
-  p.erase(std::ranges::unique(p).begin(), p.end());
+  p.erase(std::unique(p.begin(), p.end()), p.end());
   if (p.size() < 3)
     return p;
   std::vector<glm::dvec2> hull;

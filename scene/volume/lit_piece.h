@@ -12,8 +12,9 @@
 
 namespace daylit {
 
-constexpr int kPiecePoints = 64;    ///< of a piece,
-constexpr int kFewPiecePoints = 16; ///< of them where all are lit or none is
+constexpr int kPiecePoints = 64; ///< of a piece,
+constexpr int kFewPiecePoints =
+    32; ///< of them where all are lit or none is: a strip of 1 % of it is then seen by a third
 
 /// Mean of `light(point, k)`, k below kPiecePoints. Pieces side by side have different points.
 template <class Light>

@@ -4,7 +4,6 @@
 #include <cassert>
 #include <cmath>
 #include <numbers>
-#include <ranges>
 
 #include "scene/volume/basis_rows.h"
 #include "scene/volume/interpolated_probes.h"
@@ -109,7 +108,7 @@ NonNegativeLight without_ringing(const ShRadiance& radiance) {
     }
     if (surely_nonnegative(e))
       continue;
-    const bool flat = std::ranges::all_of(e | std::views::drop(16), [](double x) { return x == 0.0; });
+    const bool flat = std::all_of(e.begin() + 16, e.end(), [](double x) { return x == 0.0; });
     const auto window = sh::nonnegative_window(std::span(e).first(flat ? 9 : 25));
     if (!window || window->strength == 0.0)
       continue;

@@ -24,6 +24,7 @@ using Holes = std::vector<HoleOutline>;
 
 const HoleOutline kSquare{{-0.1, 1, -0.1}, {0.1, 1, -0.1}, {0.1, 1, 0.1}, {-0.1, 1, 0.1}};
 constexpr glm::dvec3 kPoint{0, 0, 0};
+const auto kAll = [](const glm::vec3&) { return true; };
 
 double sum_sr(const AimedRays& aimed) {
   double sum = 0;
@@ -33,7 +34,7 @@ double sum_sr(const AimedRays& aimed) {
 }
 
 TEST(AimedRays, fill_the_solid_angle_of_a_square) {
-  const AimedRays aimed = AimedRays::of(kPoint, Holes{kSquare}, 1024);
+  const AimedRays aimed = AimedRays::of(kPoint, Holes{kSquare}, 1024, kAll);
   ASSERT_EQ(aimed.ray.size(), 64u);
   EXPECT_NEAR(sum_sr(aimed), 4 * std::asin(0.01 / 1.01), 1e-6); // a square of half angle tangents 0.1
   glm::dvec3 mean(0.0);
@@ -53,12 +54,28 @@ TEST(AimedRays, both_rims_of_a_hole_in_a_thick_wall_count_as_the_nearer) {
   HoleOutline beyond = kSquare;
   for (glm::dvec3& c : beyond)
     c.y = 1.2;
-  EXPECT_NEAR(sum_sr(AimedRays::of(kPoint, Holes{beyond, kSquare}, 1024)), 4 * std::asin(0.01 / 1.01), 1e-6);
+  EXPECT_NEAR(sum_sr(AimedRays::of(kPoint, Holes{beyond, kSquare}, 1024, kAll)), 4 * std::asin(0.01 / 1.01), 1e-6);
+}
+
+TEST(AimedRays, are_aimed_at_the_four_largest_of_the_holes_that_are_seen) {
+  Holes holes;
+  for (int k = 0; k < 7; ++k) { // ever further to the side, ever larger
+    holes.push_back(kSquare);
+    for (glm::dvec3& c : holes.back())
+      c = (1.0 + 0.1 * k) * (c - glm::dvec3(0, 1, 0)) + glm::dvec3(0.4 * k - 1.2, 1, 0);
+  }
+  const auto sees = [](const glm::vec3& way) { return way.x < 0.5f; }; // not the last two
+  const AimedRays aimed = AimedRays::of(kPoint, holes, 512, sees);
+  ASSERT_EQ(aimed.hole.size(), 4u);
+  EXPECT_EQ(aimed.ray.size(), 4u * 64u);
+  for (const double x : {0.4, 0.0, -0.4})
+    EXPECT_TRUE(aimed.covers({x, 1, 0})) << x;
+  EXPECT_FALSE(aimed.covers({0.8, 1, 0}));
 }
 
 TEST(AimedRays, are_not_aimed_at_holes_that_the_fan_finds) {
-  EXPECT_TRUE(AimedRays::of(kPoint, Holes{kSquare}, 64 * 1024).ray.empty());
-  EXPECT_TRUE(AimedRays::of(kPoint, Holes{{{0, 0, 1}, {0, 1, 1}, {0, 1, 2}, {0, 0, 2}}}, 64).ray.empty())
+  EXPECT_TRUE(AimedRays::of(kPoint, Holes{kSquare}, 64 * 1024, kAll).ray.empty());
+  EXPECT_TRUE(AimedRays::of(kPoint, Holes{{{0, 0, 1}, {0, 1, 1}, {0, 1, 2}, {0, 0, 2}}}, 64, kAll).ray.empty())
       << "seen edge on";
 }
 
@@ -143,6 +160,12 @@ TEST(AimedRays, take_the_place_of_the_rays_of_every_fan) {
   ASSERT_TRUE(aimed.aim_at(room.hole, b, kSilent));
   ASSERT_TRUE(aimed.add_rays(std::vector<std::uint16_t>{0, 3, 0, 1, 0}, kSilent));
   EXPECT_LT(distance(light_at(aimed, b), exact), 0.004);
+  std::vector<std::uint64_t> rays(aimed.patches(), 0);
+  aimed.count_rays(1, rays);
+  double all = 0;
+  for (const std::uint64_t of_patch : rays)
+    all += static_cast<double>(of_patch);
+  EXPECT_NEAR(all / GatherHits::kRay, 4 * 1024, 10); // as many as without the hole
   EXPECT_NEAR(aimed.moments(1, b)[0], 0.2 + 0.8 * aimed.moments(1, radiosity_of(room.s, 0.0f))[0], 1e-3);
 }
 

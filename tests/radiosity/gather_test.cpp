@@ -184,7 +184,7 @@ TEST(Gather, sixteen_times_the_rays_of_a_point_are_a_finer_lattice_and_leave_oth
   EXPECT_LT(std::sqrt(many), std::sqrt(few) / 6); // sixteen random fans: a quarter
 }
 
-TEST(Gather, moments_are_means_over_the_rays) {
+TEST(Gather, moments_are_mean_and_variance_of_the_rays) {
   const Solved s = prepare(coloured_room(), 300);
   const std::array<glm::dvec3, 1> points = {glm::dvec3(0, 0, 0.3)};
   GatherHits hits = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
@@ -195,9 +195,9 @@ TEST(Gather, moments_are_means_over_the_rays) {
   double seen = 0; // of the rays, some leave
   for (std::size_t e = 0; e < hits.patches(); ++e)
     seen += double(rows[e]) * std::sqrt(4 * kPi) / 4;
-  const auto [mean, square] = hits.moments(0, three);
+  const auto [mean, variance] = hits.moments(0, three);
   EXPECT_NEAR(mean, 3 * seen, 1e-4);
-  EXPECT_NEAR(square, 9 * seen, 1e-4);
+  EXPECT_NEAR(variance, 9 * seen - 9 * seen * seen, 1e-4);
 }
 
 TEST(Gather, tracing_says_how_far_it_is_and_can_be_stopped) {

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/depth/thing_layer.h"
 #include "test_scene.h"
 
 namespace daylit {
@@ -59,16 +60,36 @@ TEST(PatchBorders, outside_the_shadow_are_the_photographs) {
   EXPECT_EQ(0, std::memcmp(result.picture.texels.data(), floor.photo.texels.data(), kShadow * kSide * sizeof(Rgb)));
 }
 
-TEST(PatchBorders, are_filled_from_their_own_triangle_alone) {
+TEST(PatchBorders, are_filled_from_their_own_triangle_alone_also_in_a_distorted_photograph) {
   Floor floor(0.6f);
   for (int y = 0; y < kSide; ++y)
     for (int x = kBorder; x < kSide; ++x) {
       floor.frame.at(x, y).triangle = 6;
       floor.photo.at(x, y) *= 0.5f;
     }
-  const Composite result = floor.run();
-  EXPECT_NEAR(result.picture.at(kBorder - 1, 12).g, 0.04f, 1e-5f);
-  EXPECT_NEAR(result.picture.at(kBorder, 12).g, 0.02f, 1e-5f);
+  for (const bool distorted : {false, true}) {
+    for (int y = 0; distorted && y < kSide; ++y)
+      for (int x = 0; x < kSide; ++x)
+        floor.camera.drawn_position.emplace_back(x, y);
+    const Composite result = floor.run();
+    EXPECT_NEAR(result.picture.at(kBorder - 1, 12).g, 0.04f, 1e-5f) << distorted;
+    EXPECT_NEAR(result.picture.at(kBorder, 12).g, 0.02f, 1e-5f) << distorted;
+  }
+}
+
+TEST(PatchBorders, behind_real_things_are_left) {
+  const Floor floor(0.6f);
+  ThingLayer things{std::vector<float>(kSide * kSide, 0.0f), std::vector<float>(kSide * kSide, 0.0f), {}, [](int, int) {
+                      return Rgb(1.0f);
+                    }};
+  const std::size_t at = 12 * kSide + kBorder;
+  things.part[at] = 1.0f;
+  Composite result;
+  compose(
+      floor.photo, floor.frame, floor.camera,
+      [&](const glm::dvec3&, std::uint32_t) { return std::optional(floor.point); }, {}, result, nullptr, &things);
+  EXPECT_EQ(result.picture.texels[at], floor.photo.texels[at]);
+  EXPECT_NEAR(result.picture.at(kBorder, 11).g, 0.04f, 1e-5f);
 }
 
 TEST(PatchBorders, of_which_the_shadow_takes_a_part_of_the_sun_are_left) {

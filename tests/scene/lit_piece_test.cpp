@@ -9,14 +9,14 @@ namespace {
 
 const std::array<glm::dvec3, 3> kPiece{glm::dvec3(0.3, 0.1, 0), glm::dvec3(1.3, 0.1, 0), glm::dvec3(0.3, 1.1, 0)};
 
-TEST(LitPiece, one_that_is_lit_or_dark_all_over_is_looked_at_sixteen_times) {
+TEST(LitPiece, one_that_is_lit_or_dark_all_over_is_looked_at_half_as_often) {
   for (const float light : {0.0f, 3.0f}) {
     int looked = 0;
     const Rgb mean = mean_over_piece(kPiece, [&](const glm::dvec3&, int k) {
       EXPECT_EQ(k, looked++);
       return Rgb(light);
     });
-    EXPECT_EQ(looked, 16);
+    EXPECT_EQ(looked, kFewPiecePoints);
     EXPECT_EQ(mean, Rgb(light));
   }
 }
@@ -27,6 +27,22 @@ TEST(LitPiece, one_that_is_lit_in_part_has_that_part_of_the_light) {
         kPiece, [&](const glm::dvec3& p, int) { return Rgb(p.x - 0.3 < edge ? 1.0f : 0.0f, 0.0f, 0.0f); });
     EXPECT_NEAR(static_cast<double>(mean.r), 1.0 - (1.0 - edge) * (1.0 - edge), 0.05) << edge;
     EXPECT_EQ(mean.g, 0.0f);
+  }
+}
+
+/// Fewer points leave out what none of them meets.
+TEST(LitPiece, narrow_strips_keep_most_of_their_light) {
+  for (const double width : {0.02, 0.04, 0.08}) {
+    double sum = 0, exact = 0;
+    for (int k = 0; k < 400; ++k) { // wherever the strip lies
+      const double from = 0.3 + 0.002 * k;
+      sum += static_cast<double>(mean_over_piece(kPiece, [&](const glm::dvec3& p, int) {
+                                   return Rgb(p.x >= from && p.x < from + width ? 1.0f : 0.0f);
+                                 }).r);
+      exact += width * (2.0 * (1.3 - from) - width);
+    }
+    EXPECT_GT(sum / exact, 0.75) << width;
+    EXPECT_LT(sum / exact, 1.03) << width;
   }
 }
 

@@ -100,7 +100,7 @@ TEST(Basis, agrees_with_long_double_to_1e_13_of_the_row_at_degree_1000_also_near
         const double z = sign * std::sqrt((1.0 - x) * (1.0 + x));
         const std::size_t count = std::size_t(kDegree - m + 1);
         ASSERT_TRUE(evaluate_order(m, kDegree, {x, 0.0, z}, std::span(c).first(count), std::span(s).first(count)));
-        const long double sine = x, cosine = std::sqrt((1.0L - sine) * (1.0L + sine));
+        const long double sine = static_cast<long double>(x), cosine = std::sqrt((1.0L - sine) * (1.0L + sine));
         const auto p = legendre_reference(m, kDegree, cosine, sine);
         for (std::size_t i = 0; i < count; ++i) {
           const double parity = sign < 0.0 && i % 2 ? -1.0 : 1.0, root = m ? std::numbers::sqrt2 : 1.0;

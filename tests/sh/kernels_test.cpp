@@ -175,7 +175,8 @@ TEST(Kernels, skipped_orders_are_negligible) {
     for (int lane = 0; lane < engine.lanes(); ++lane)
       if (const RingPair* p = engine.pair(v, lane); p && engine.last_order(v) < kDegree) {
         const int m = engine.last_order(v) + 1;
-        for (const long double value : test::legendre_reference(m, kDegree, p->x, p->sine))
+        for (const long double value :
+             test::legendre_reference(m, kDegree, static_cast<long double>(p->x), static_cast<long double>(p->sine)))
           ASSERT_LT(std::abs(double(value)), 1e-22) << v << " " << m;
         skipped += kDegree - m;
       }
