@@ -120,14 +120,12 @@ Result<void> GatherHits::aim_at(std::span<const HoleOutline> holes, std::span<co
                                     [&](const glm::vec3& way) { return !scene_->occluded(from, way, 0.0f, 0.999f); });
     if (aimed.ray.empty())
       return;
-    double met = 0, solid_angle_sr = 0;
+    double solid_angle_sr = 0;
     for (AimedRay& ray : aimed.ray) {
       ray.patch = met_along(origin_[p], ray.direction);
       solid_angle_sr += static_cast<double>(ray.solid_angle_sr);
-      if (ray.patch >= 0)
-        met += static_cast<double>(ray.solid_angle_sr * radiosity[static_cast<std::size_t>(ray.patch)]);
     }
-    if (met > solid_angle_sr * moments(p, radiosity)[0])
+    if (aimed.light(radiosity) > solid_angle_sr * moments(p, radiosity)[0])
       made[p] = std::move(aimed);
   };
   const Result<void> done = parallel_stage("rays", points_, kReport, progress, aim);
@@ -183,11 +181,7 @@ std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const flo
       }
   });
   const auto rays = static_cast<double>(rays_ * fans_of(point));
-  double aimed = 0;
-  if (!aimed_.empty())
-    for (const AimedRay& ray : aimed_[point].ray)
-      if (ray.patch >= 0)
-        aimed += static_cast<double>(ray.solid_angle_sr * radiosity[static_cast<std::size_t>(ray.patch)]);
+  const double aimed = aimed_.empty() ? 0.0 : aimed_[point].light(radiosity);
   const double mean = sum[0] / rays;
   return {mean + aimed / (4.0 * std::numbers::pi), std::max(0.0, sum[1] / rays - mean * mean)};
 }

@@ -89,6 +89,14 @@ bool AimedRays::covers(const glm::dvec3& d) const {
   return std::ranges::any_of(hole, [&](const HoleView& view) { return view.holds(d); });
 }
 
+double AimedRays::light(std::span<const float> radiosity) const {
+  double sum = 0.0;
+  for (const AimedRay& r : ray)
+    if (r.patch >= 0)
+      sum += static_cast<double>(r.solid_angle_sr * radiosity[static_cast<std::size_t>(r.patch)]);
+  return sum;
+}
+
 void AimedRays::add_harmonics(std::span<const std::uint32_t> aggregate_of, std::size_t aggregates, Bands bands,
                               float* rows) const {
   for (const AimedRay& r : ray) {

@@ -48,6 +48,8 @@ struct AimedRays {
                       const std::function<bool(const glm::vec3& way)>& sees);
   void add(HoleView view);
   bool covers(const glm::dvec3& direction) const;
+  /// sum of B dw over the rays, sr; `radiosity` B of each patch.
+  double light(std::span<const float> radiosity) const;
   /// Y_lm(w) dw / pi of each ray to rows[lm][aggregate], of nine.
   void add_harmonics(std::span<const std::uint32_t> aggregate_of, std::size_t aggregates, Bands bands,
                      float* rows) const;

@@ -12,9 +12,8 @@
 
 namespace daylit {
 
-constexpr int kPiecePoints = 64; ///< of a piece,
-constexpr int kFewPiecePoints =
-    32; ///< of them where all are lit or none is: a strip of 1 % of it is then seen by a third
+constexpr int kPiecePoints = 64;    ///< of a piece,
+constexpr int kFewPiecePoints = 32; ///< of them where all are lit or none is: what none of these meets is left out
 
 /// Mean of `light(point, k)`, k below kPiecePoints. Pieces side by side have different points.
 template <class Light>
