@@ -68,6 +68,8 @@ double ReceiverLattice::State::distance(const Found& found) const {
 std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Found& found, const Place& place) const {
   const glm::dvec3 gap = kAirGap_m * scene.planes[place.facing].normal, air = place.x + gap;
   const bool touched = level < kContactLevels && found.distance < 2.0 * kLevels[level].cell;
+  if (found.cell->open && !touched)
+    return found.square.weight;
   std::array<float, 4> weight{};
   for (std::size_t k = 0; k < 4; ++k) {
     const glm::dvec3 there = found.cell->corner[k]->x + gap;

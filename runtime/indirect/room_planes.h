@@ -19,7 +19,7 @@ constexpr double kAirGap_m = 1e-4;
 /// Cell of a square lattice, with the bilinear weights of its corners: (0, 0), (1, 0), (0, 1), (1, 1).
 struct LatticeSquare {
   std::int64_t i = 0, j = 0;
-  float weight[4] = {1.0f, 0.0f, 0.0f, 0.0f};
+  std::array<float, 4> weight{1.0f, 0.0f, 0.0f, 0.0f};
 };
 
 /// A plane of the room seen from one side.

@@ -22,6 +22,7 @@ namespace {
 
 constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
 constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
+constexpr int kFirstSurfaces = 2;    // whose mirror images in glass are all followed
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 
 /// Points that are looked up one after the other mostly are of one material.
@@ -167,12 +168,13 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   std::array<std::size_t, 3> order{0, 1, 2};
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
   const std::size_t first = work.next.size();
+  const float least = from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside : settings_.least_importance;
   Rgb left_out(0.0f);
   for (const std::size_t k : order) {
     const std::optional<BsdfSample>& lobe = lobes[k];
     const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    const bool goes_on = lobe && (work.next.size() == first || largest(weight) >= settings_.least_importance);
+    const bool goes_on = lobe && (work.next.size() == first || largest(weight) >= least);
     if (!goes_on) {
       left_out += weight;
       continue;

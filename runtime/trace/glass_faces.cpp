@@ -91,7 +91,9 @@ public:
     met_ |= 1u << k;
   }
   LaneMask met() const { return met_; }
-  Rgb left(std::size_t k) const { return left_[k] * glm::exp(-glm::max(depth_[k], Rgb(0.0f))); }
+  Rgb left(std::size_t k) const {
+    return met_ >> k & 1u ? left_[k] * glm::exp(-glm::max(depth_[k], Rgb(0.0f))) : Rgb(1.0f);
+  }
 
 private:
   const std::vector<Face>& faces_;
@@ -104,9 +106,11 @@ private:
 LaneMask GlassFaces::pass(LaneMask lanes, const RayPacket16& rays, LaneRgb& left) const {
   Passing passing(faces_, rays);
   rays_.all(lanes, rays, passing);
-  for (std::size_t k = 0; k < kLanes; ++k)
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const Rgb of_lane = passing.left(k);
     for (int c = 0; c < 3; ++c)
-      left.channel[c][k] = passing.left(k)[c];
+      left.channel[c][k] = of_lane[c];
+  }
   return passing.met();
 }
 

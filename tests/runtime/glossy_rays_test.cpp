@@ -160,6 +160,17 @@ TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
     EXPECT_NEAR(scene.radiance(aside).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance) << aside;
 }
 
+TEST(GlossyRays, glass_behind_glass_mirrors_in_front_and_its_last_face_no_more) {
+  // Face on, F = 0.04. First ball: mirrored, passed; at its back passed and mirrored, which comes out alone: 5 rays.
+  // Second: in front both, the mirrored one goes through the first ball; at its back what passes alone, since
+  // 0.85 x 0.04 is below 0.05.
+  GlossyScene scene(glass());
+  EXPECT_EQ(scene.rays_followed(1e-4), 5u);
+  scene.add(glass(), scene.middle + glm::dvec3(0.4, 0.0, 0.0));
+  EXPECT_EQ(scene.rays_followed(1e-4), 10u);
+  EXPECT_NEAR(scene.radiance(1e-4).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance);
+}
+
 /// A wide photograph from the middle of the room's south, all of one radiance, and what the room's model says.
 struct Photographed {
   static constexpr int kSide = 64;

@@ -44,7 +44,8 @@ struct GlossyScene {
   std::vector<TwoSided> sent, indirect;
   std::vector<DirectionalLight> lights;
   std::optional<GlossyRays> glossy;
-  std::size_t place_bits = 6; ///< a lobe is looked at in two to the power of it places
+  mutable std::uint64_t followed = 0; ///< rays of the latest look()
+  std::size_t place_bits = 6;         ///< a lobe is looked at in two to the power of it places
 
   explicit GlossyScene(const ObjectMaterial& material, const GlossySettings& settings = {},
                        const std::vector<Aperture>& panes = {}, float sky_factor = 0.0f)
@@ -123,8 +124,12 @@ struct GlossyScene {
     }
     const CameraPoint camera_point{ray, *point, places, 0.0, pattern};
     GlossyLight light;
-    glossy->look({&camera_point, 1}, {&light, 1});
+    followed = glossy->look({&camera_point, 1}, {&light, 1});
     return light;
+  }
+  std::uint64_t rays_followed(double aside) const {
+    look(aside);
+    return followed;
   }
 };
 
