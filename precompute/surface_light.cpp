@@ -279,6 +279,7 @@ Result<SurfaceLight> surface_light(const radiosity::PatchSet& set, const detail:
   light.elements = rows.size();
   light.parent = elements.parent;
   light.element_fraction = elements.fraction;
+  light.further = elements.further;
   std::vector<float> opening = elements.opening_of_parents(rows);
   const std::vector<float> sky = white_sky(elements, light.patches, rows);
   for (std::size_t i = 0; i < rows.size(); ++i) {

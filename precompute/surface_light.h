@@ -21,6 +21,7 @@ struct SurfaceLight {
   std::size_t patches = 0, elements = 0, clusters = 0;
   std::vector<std::uint32_t> parent;            ///< patch of each element
   std::vector<float> element_fraction;          ///< of each element in its patch's area
+  detail::LinearLight further;                  ///< of LightElements; empty: each element has what its patch has
   std::vector<std::uint32_t> source;            ///< elements that the sky lights and that reflect, increasing
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source

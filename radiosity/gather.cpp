@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kReport = 32; ///< points between reports of progress
 constexpr double kOwnRays = 4;      ///< that a member of a group is expected to meet, to count by itself
 
+glm::dvec3 middle_of(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
+
 glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
   return {d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x, d.z};
 }
@@ -190,26 +192,37 @@ std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const flo
 std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::span<const std::uint32_t> group) {
   std::vector<Group> groups;
   for (std::uint32_t first = 0, end = 0; first < group.size(); first = end) {
-    Group g{group[first], first, first, glm::dvec3(0.0), set.patches[first].normal, 0.0};
+    Group g{group[first], first, first, glm::dvec3(0.0), set.patches[first].normal, 0.0, 0.0};
     for (; end < group.size() && group[end] == group[first]; ++end) {
       const Patch& e = set.patches[end];
-      g.middle += e.area_m2 * (e.corner[0] + e.corner[1] + e.corner[2]) / 3.0;
+      g.middle += e.area_m2 * middle_of(e);
       g.member_m2 += e.area_m2;
     }
     g.end = end;
     g.middle /= g.member_m2;
     g.member_m2 /= end - first;
+    for (std::uint32_t k = first; k < end; ++k)
+      g.radius = std::max(g.radius, glm::distance(middle_of(set.patches[k]), g.middle));
     if (end - first > 1)
       groups.push_back(g);
   }
   return groups;
 }
 
-/// A member of area A at distance r is expected to meet N A cos / (4 pi r^2) of the N rays: at least kOwnRays.
+/// A member of area A at distance r is expected to meet N A cos / (4 pi r^2) of the N rays: at least kOwnRays of those
+/// that meet the most.
 bool GatherHits::distinguishes(const glm::dvec3& point, const Group& g) const {
-  const glm::dvec3 way = point - g.middle;
-  const double distance2 = glm::dot(way, way), own_sr = kOwnRays * 4.0 * std::numbers::pi / static_cast<double>(rays_);
-  return g.member_m2 * std::abs(glm::dot(way, g.normal)) > own_sr * distance2 * std::sqrt(distance2);
+  const double own_sr = kOwnRays * 4.0 * std::numbers::pi / static_cast<double>(rays_),
+               height = std::abs(glm::dot(point - g.middle, g.normal)), area = g.member_m2 / own_sr;
+  const double nearest = std::max(glm::distance(point, g.middle) - g.radius, height);
+  if (area * height <= nearest * nearest * nearest)
+    return false;
+  for (std::uint32_t k = g.first; k < g.end; ++k) {
+    const double distance = glm::distance(point, middle_of(set_->patches[k]));
+    if (area * height > distance * distance * distance)
+      return true;
+  }
+  return false;
 }
 
 std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::int32_t>& again) const {

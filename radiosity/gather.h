@@ -63,6 +63,7 @@ private:
     std::uint32_t group, first, end;
     glm::dvec3 middle, normal;
     double member_m2; ///< mean area
+    double radius;    ///< of the sphere about the middle that holds the middles of the patches
   };
   static std::vector<Group> groups_of(const PatchSet& set, std::span<const std::uint32_t> group);
   bool distinguishes(const glm::dvec3& point, const Group& group) const;

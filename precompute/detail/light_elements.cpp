@@ -189,6 +189,7 @@ Result<LightElements> LightElements::make(const radiosity::SurfaceMesh& mesh, co
   if (!rays)
     return rays.error();
   made.rays = std::move(*rays);
+  made.further = LinearLight(mesh, patches.patches, made.patches.patches, made.parent, room);
   return made;
 }
 
@@ -227,11 +228,13 @@ radiosity::Radiosity LightElements::radiosity_of(const radiosity::Radiosity& par
   parallel_for(std::size_t{0}, parent.size(), [&](std::size_t i) {
     for (int c = 0; c < 3; ++c) {
       const float reflectance = patches.patches[i].reflectance[c];
-      const float* further =
-          parents.row(parent[i]) + static_cast<std::size_t>(parents.copy_of[static_cast<std::size_t>(c)]) * columns;
+      const std::size_t channel = static_cast<std::size_t>(parents.copy_of[static_cast<std::size_t>(c)]) * columns;
       float* to = out.b.data() + i * parents.columns + static_cast<std::size_t>(c) * columns;
       for (std::size_t k = 0; k < columns; ++k)
-        to[k] = further[k] + reflectance * (light.row(i, c)[k] - parent_light.row(parent[i], c)[k]);
+        to[k] = reflectance * light.row(i, c)[k];
+      for (const LinearLight::Share& s : further.of(i)) // of one surface: the patches reflect alike
+        for (std::size_t k = 0; k < columns; ++k)
+          to[k] += s.weight * (parents.row(s.patch)[channel + k] - reflectance * parent_light.row(s.patch, c)[k]);
     }
   });
   return out;

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "precompute/detail/linear_light.h"
 #include "radiosity/first_bounce.h"
 #include "radiosity/patches.h"
 #include "radiosity/solve.h"
@@ -23,6 +24,7 @@ struct LightElements {
   radiosity::PatchSet patches;
   std::vector<std::uint32_t> parent; ///< patch of each element, rising
   std::vector<float> fraction;       ///< of each element in its parent's area
+  LinearLight further;               ///< what of the patches' light after further bounces each has
 
   /// Cuts facets in two along their longest edge until there are `count`, first those that are large (by the field) and
   /// face a visible aperture, smaller beside a pane; none that get no light from above the horizon, where suns are.
@@ -35,7 +37,8 @@ struct LightElements {
   std::vector<float> opening_of_parents(const std::vector<radiosity::FirstBounceRow>& rows) const;
   radiosity::FirstBounce of_parents(const radiosity::FirstBounce& light) const;
   /// What the elements send out: the light after further bounces of their parents, and what they reflect of the sky:
-  /// b_i = b_parent + reflectance (e_i - e_parent), e: irradiance straight from the sky.
+  /// b_i = sum over patches k of further_ik (b_k - reflectance_k e_k) + reflectance_i e_i, e: irradiance straight from
+  /// the sky.
   radiosity::Radiosity radiosity_of(const radiosity::Radiosity& parents, const radiosity::FirstBounce& parent_light,
                                     const radiosity::FirstBounce& light) const;
 

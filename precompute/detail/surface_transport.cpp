@@ -14,9 +14,20 @@ SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
       std::copy_n(light.bounced.data() + (e * 3 + c) * light.clusters, light.clusters,
                   bounced_[c].data() + e * light.clusters);
   }
+  for (std::uint32_t p = 0; p < light.patches; ++p)
+    whole_.push_back({p, 1.0f});
 }
 
-/// b_e = reflectance_e E_e + sum over clusters q of bounced[patch of e, q] * mean of E over q.
+std::span<const LinearLight::Share> SurfaceTransport::of_element(std::size_t element) const {
+  return light_.further.empty() ? std::span(whole_).subspan(light_.parent[element], 1) : light_.further.of(element);
+}
+
+/// A part that is more than an element holds whole patches.
+std::span<const LinearLight::Share> SurfaceTransport::of_part(const SeenParts::Part& part) const {
+  return part.is_element() ? of_element(part.first) : std::span(whole_).subspan(part.patch, 1);
+}
+
+/// b_e = reflectance_e E_e + sum over patches p of further_ep, over clusters q of bounced[p, q] * mean of E over q.
 std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float> irradiance,
                                                std::size_t columns) const {
   std::vector<float> mean(light_.clusters * columns, 0.0f);
@@ -25,19 +36,20 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
       mean[light_.cluster[s] * columns + k] += light_.cluster_fraction[s] * irradiance[s * columns + k];
   const std::vector<float> further =
       multiply(bounced_[static_cast<std::size_t>(colour)], mean, light_.patches, light_.clusters, columns);
-  std::vector<float> b(elements() * columns);
+  std::vector<float> b(elements() * columns, 0.0f);
   for (std::size_t element = 0; element < elements(); ++element)
-    std::copy_n(further.data() + light_.parent[element] * columns, columns, b.data() + element * columns);
+    for (const Share& s : of_element(element))
+      for (std::size_t k = 0; k < columns; ++k)
+        b[element * columns + k] += s.weight * further[s.patch * columns + k];
   for (std::size_t s = 0; s < sources(); ++s)
     for (std::size_t k = 0; k < columns; ++k)
       b[light_.source[s] * columns + k] += light_.reflectance[s][colour] * irradiance[s * columns + k];
   return b;
 }
 
-namespace {
-
-/// Patches, increasing, that a cluster of probes sees anything of: few, where a room is part of a building.
-std::vector<std::uint32_t> weighted_patches(std::span<const float> weights, const SeenParts& seen) {
+/// Those whose light a cluster of probes sees anything of, increasing: few, where a room is part of a building.
+std::vector<std::uint32_t> SurfaceTransport::weighted_patches(std::span<const float> weights,
+                                                              const SeenParts& seen) const {
   const std::size_t parts = seen.part.size();
   std::vector<std::uint8_t> weighted(parts, 0);
   for (auto row = weights.begin(); row != weights.end(); row += std::ptrdiff_t(parts))
@@ -46,30 +58,33 @@ std::vector<std::uint32_t> weighted_patches(std::span<const float> weights, cons
         weighted[k] = 1;
   std::vector<std::uint32_t> patches;
   for (std::size_t k = 0; k < parts; ++k)
-    if (weighted[k] != 0 && (patches.empty() || patches.back() != seen.part[k].patch))
-      patches.push_back(seen.part[k].patch);
+    if (weighted[k] != 0)
+      for (const Share& s : of_part(seen.part[k]))
+        patches.push_back(s.patch);
+  std::ranges::sort(patches);
+  const auto repeated = std::ranges::unique(patches);
+  patches.erase(repeated.begin(), repeated.end());
   return patches;
 }
 
-/// Weights [row][part] summed to [row][patch].
-std::vector<float> on_patches(std::span<const float> weights, std::size_t rows, const SeenParts& seen,
-                              std::span<const std::uint32_t> patches) {
+/// Weights [row][part] to [row][patch]. `patches`: weighted_patches().
+std::vector<float> SurfaceTransport::on_patches(std::span<const float> weights, std::size_t rows, const SeenParts& seen,
+                                                std::span<const std::uint32_t> patches) const {
   const std::size_t parts = seen.part.size();
+  std::vector<std::uint32_t> number(light_.patches, 0);
+  for (std::uint32_t i = 0; i < patches.size(); ++i)
+    number[patches[i]] = i;
   std::vector<float> sums(rows * patches.size(), 0.0f);
   for (std::size_t r = 0; r < rows; ++r)
-    for (std::size_t k = 0, i = 0; k < parts && i < patches.size(); ++k) {
-      if (seen.part[k].patch > patches[i] && ++i == patches.size())
-        break;
-      if (seen.part[k].patch == patches[i])
-        sums[r * patches.size() + i] += weights[r * parts + k];
-    }
+    for (std::size_t k = 0; k < parts; ++k)
+      if (const float weight = weights[r * parts + k]; weight != 0.0f)
+        for (const Share& s : of_part(seen.part[k]))
+          sums[r * patches.size() + number[s.patch]] += s.weight * weight;
   return sums;
 }
 
-} // namespace
-
-/// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k] bounced[patch of k, cluster of a]: the
-/// transpose of radiosity(), summed over the parts.
+/// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k], over patches p of further_kp
+/// bounced[p, cluster of a]: the transpose of radiosity(), summed over the parts.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                    std::span<float> result) const {
   const std::size_t parts = seen.part.size(), lit = seen.lit.size();

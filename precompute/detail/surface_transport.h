@@ -28,7 +28,16 @@ public:
                    std::span<float> result) const;
 
 private:
+  using Share = LinearLight::Share;
+  /// Of the light after further bounces, by patch: of an element, and of a part.
+  std::span<const Share> of_element(std::size_t element) const;
+  std::span<const Share> of_part(const SeenParts::Part& part) const;
+  std::vector<std::uint32_t> weighted_patches(std::span<const float> weights, const SeenParts& seen) const;
+  std::vector<float> on_patches(std::span<const float> weights, std::size_t rows, const SeenParts& seen,
+                                std::span<const std::uint32_t> patches) const;
+
   const SurfaceLight& light_;
+  std::vector<Share> whole_;                  ///< each patch, once
   std::array<std::vector<float>, 3> bounced_; ///< per colour [patch][cluster]
 };
 

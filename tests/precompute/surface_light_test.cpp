@@ -1,5 +1,6 @@
 // Further bounces solved for clusters of patches: what they bring to the probes.
 
+#include <cmath>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ double product(const std::vector<float>& a, const std::vector<float>& b) {
   return sum;
 }
 
-/// A grey room whose elements are its patches, all of them lit.
+/// A grey room, all of whose elements are lit: its patches, where no other count is asked for.
 struct Lit {
   Room room = bench::room_with_window_hole(kReflectance);
   detail::Problem problem;
@@ -41,7 +42,7 @@ struct Lit {
   radiosity::ExchangeMatrix exchange;
   static constexpr float kReflectance = 0.7f;
 
-  Lit() {
+  explicit Lit(std::size_t count = 0) {
     BakeOptions options;
     options.target_facets = 300;
     options.spacing_m = 1.0;
@@ -49,7 +50,7 @@ struct Lit {
     detail::StageClock clock(report);
     problem = *detail::set_up(room, options, report, clock);
     elements = *detail::LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene,
-                                            problem.field, 0);
+                                            problem.field, count);
     exchange = *radiosity::exchange_areas(problem.patches, problem.mesh, room, problem.room_scene, {}, kQuiet);
   }
   std::size_t patches() const { return problem.patches.patches.size(); }
@@ -60,7 +61,7 @@ struct Lit {
   }
 
   SurfaceLight in_clusters(const ProbeSight& probes, std::size_t clusters) const {
-    std::vector<radiosity::FirstBounceRow> rows(patches());
+    std::vector<radiosity::FirstBounceRow> rows(elements.parent.size());
     for (radiosity::FirstBounceRow& row : rows) {
       row.region = {0};
       row.irradiance = {Rgb(1.0f)};
@@ -97,6 +98,27 @@ TEST(SurfaceLight, a_room_that_sends_nothing_to_any_probe_has_clusters_with_mean
     sum[light.cluster[s]] += static_cast<double>(light.cluster_fraction[s]);
   for (const double of_cluster : sum)
     EXPECT_NEAR(of_cluster, 1.0, 1e-5);
+}
+
+/// w . b(E) = w_E . E, where each element counts by itself.
+TEST(SurfaceTransport, weights_of_radiosity_become_those_of_irradiance) {
+  const Lit lit(1200);
+  const std::size_t count = lit.elements.parent.size();
+  const ProbeSight probes{std::vector<std::uint8_t>(lit.patches(), 1), std::vector<float>(lit.patches(), 1.0f)};
+  const SurfaceLight light = lit.in_clusters(probes, 40);
+  ASSERT_EQ(light.source.size(), count);
+  const detail::SurfaceTransport transport(light);
+  const auto seen = detail::SeenParts::of(light, std::vector<Sight>(lit.patches(), Sight::of_elements));
+  ASSERT_EQ(seen.lit.size(), count);
+  const std::vector<float> w = numbers(1, count), e = numbers(2, count);
+  std::vector<float> weights(count, 0.0f);
+  transport.add_adjoint(0, w, 1, seen, weights);
+  const double expected = product(w, transport.radiosity(0, e, 1));
+  EXPECT_NEAR(product(weights, e) / expected, 1.0, 1e-5);
+  SurfaceLight flat = light;
+  flat.further = {};
+  EXPECT_GT(std::abs(product(w, detail::SurfaceTransport(flat).radiosity(0, e, 1)) / expected - 1.0), 1e-5)
+      << "the light within the patches counts";
 }
 
 } // namespace
