@@ -123,6 +123,6 @@ Rgb mean_diffuse_reflectance(const ObjectMaterial& material);
 Rgb mean_mirrored_reflectance(const ObjectMaterial& material);
 
 /// Slope of the smoothest surface that is told from a rougher one: below, a mirror is drawn with it.
-constexpr float kLeastAlpha = 1e-3f;
+constexpr float kLeastAlpha = 1e-4f;
 
 } // namespace daylit
