@@ -257,7 +257,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
 }
 
 /// A ray inside an object meets its surface before the room. A mesh that is not closed lets it out, and so does any the
-/// last ray of a sample, so that what runs to and fro in glass does not end black: nothing is absorbed.
+/// last ray of a sample, so that what runs to and fro in glass does not end black: nothing is absorbed, and below an
+/// object it finds the room's light as if it were not there.
 void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   std::array<WorldRay, kRayBatch> rays;
   std::array<double, kRayBatch> most;
@@ -279,7 +280,8 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
                      points[k] ? points[k]->distance : kFar_m,
                      batch[k].width_rad,
                      std::nullopt,
-                     Rgb(0.0f)};
+                     Rgb(0.0f),
+                     batch[k].depth >= settings_.most_depth};
       branch_of[count++] = k;
     }
   room_.find_ends({room.data(), count});

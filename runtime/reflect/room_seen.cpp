@@ -190,7 +190,7 @@ Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
   const glm::dvec3 direction(r.ray.direction);
   const Rgb& reflectance = room.material(room.triangles[triangle]).reflectance;
   Rgb irradiance;
-  if (shadow) {
+  if (shadow && !r.past_objects) {
     irradiance = shadow->irradiance_without_sun(triangle, x, direction);
     if (sun) {
       const glm::dvec3 n = light.normal(triangle, direction);

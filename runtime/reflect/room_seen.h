@@ -61,6 +61,7 @@ struct RoomRay {
   float width_rad = 0.0f;     ///< of the part of a lobe that it stands for; 0: sharp, the sun's disc is seen too
   std::optional<RoomEnd> end; ///< empty: nowhere, it leaves
   Rgb radiance{0.0f};         ///< that arrives against the ray
+  bool past_objects = false;  ///< the last of a sample: where the model says its radiance, without the objects
 };
 
 /// Keeps references to all that it is made of. Thread-safe. Rays come in batches of at most kRayBatch.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstring>
 #include <optional>
+#include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <glm/gtc/quaternion.hpp>
@@ -26,16 +28,28 @@ bool is_binary(std::span<const std::uint8_t> bytes) {
   return bytes.size() >= 4 && std::memcmp(bytes.data(), "glTF", 4) == 0;
 }
 
-/// What the library says, its first line; of its JSON parser's exceptions the place alone.
+/// Of "... parse error at line 1, column 7: syntax error ...; last read: 'x'" the place and what was read there; of
+/// other exceptions of the JSON parser what follows their name.
+std::string what_is_damaged(const std::string& error) {
+  constexpr std::size_t kLongest = 80;
+  const auto after = [&](std::string_view words) {
+    const std::size_t at = error.find(words);
+    return at == std::string::npos ? std::string() : error.substr(at + words.size());
+  };
+  const std::string place = after("parse error at "), read = after("last read: "), rest = after("] ");
+  if (place.empty())
+    return rest.empty() ? "" : ": " + rest.substr(0, std::min(kLongest, rest.find('\n')));
+  return " at " + place.substr(0, place.find(':')) +
+         (read.empty() ? "" : ", where it says " + read.substr(0, std::min(kLongest, read.find('\n'))));
+}
+
+/// What the library says, its first line.
 std::string why_unread(std::span<const std::uint8_t> bytes, const std::string& error) {
   const auto first = std::ranges::find_if(bytes, [](std::uint8_t c) { return !std::isspace(c); });
   if (!is_binary(bytes) && (first == bytes.end() || *first != '{'))
     return ": the file is neither a glTF binary, which begins with \"glTF\", nor JSON";
-  const std::size_t place = error.find("parse error at ");
   if (error.starts_with("[json.exception"))
-    return place == std::string::npos
-               ? ": its JSON is damaged"
-               : ": its JSON is damaged at " + error.substr(place + 15, error.find(':', place) - place - 15);
+    return ": its JSON is damaged" + what_is_damaged(error);
   return error.empty() ? "" : ": " + error.substr(0, std::min<std::size_t>(error.find('\n'), 200));
 }
 

@@ -212,6 +212,23 @@ TEST(RoomSeen, a_ray_shows_the_photograph_only_where_the_camera_sees_its_end) {
   EXPECT_NEAR(screened.seen_towards(north), Surrounded::kRadiance, 0.01) << "a screen stands between";
 }
 
+TEST(RoomSeen, the_last_ray_of_a_sample_finds_the_room_below_an_object_lit) {
+  GlossyScene scene(metal(0.0f));
+  const glm::dvec3 standing(2.0, 2.5, static_cast<double>(GlossyScene::kRadius));
+  scene.room.place(standing, 0.0f);
+  const RoomSeen& plain = *scene.seen;
+  const RoomSeen seen{plain.room,    plain.rays,    plain.light, &scene.room.change, plain.pyramid, plain.sun,
+                      plain.windows, plain.objects, nullptr};
+  const WorldRay down{{2.01, 2.5, 0.05}, {0.0f, 0.0f, -1.0f}};
+  std::array<RoomRay, 2> rays;
+  rays[0].ray = rays[1].ray = down;
+  rays[1].past_objects = true;
+  seen.find_ends(rays);
+  seen.find_radiance(rays);
+  EXPECT_LT(rays[0].radiance.g, 0.3f * kRoom);
+  EXPECT_NEAR(rays[1].radiance.g, kRoom, 0.02f * kRoom);
+}
+
 TEST(GlossyRays, an_occlusion_texture_takes_indirect_light_of_the_diffuse_part_only) {
   for (const bool glossy : {false, true}) {
     ObjectMaterial m;

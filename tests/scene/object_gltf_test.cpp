@@ -194,6 +194,10 @@ TEST_F(ObjectGltf, an_empty_or_cut_file_is_called_what_it_is) {
   const std::string renamed = what_of("a.glb", "# a box\nv 0 0 0\n"), damaged = what_of("a.gltf", "{\"asset\" {}}");
   EXPECT_NE(renamed.find("neither a glTF binary, which begins with \"glTF\", nor JSON"), std::string::npos) << renamed;
   EXPECT_NE(damaged.find("its JSON is damaged at line 1, column 10;"), std::string::npos) << damaged;
+  const std::string nan = what_of("a.gltf", R"({"asset": {"version": "2.0"}, "roughnessFactor": NaN})"),
+                    large = what_of("a.gltf", R"({"asset": {"version": "2.0"}, "roughnessFactor": 1e999})");
+  EXPECT_NE(nan.find("\"roughnessFactor\": N"), std::string::npos) << nan;
+  EXPECT_NE(large.find("1e999"), std::string::npos) << large;
 }
 
 TEST_F(ObjectGltf, an_attribute_that_is_not_finite_is_named_with_its_model) {
