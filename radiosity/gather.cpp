@@ -19,8 +19,6 @@ namespace {
 constexpr std::size_t kReport = 32; ///< points between reports of progress
 constexpr double kOwnRays = 4;      ///< that a member of a group is expected to meet, to count by itself
 
-glm::dvec3 middle_of(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
-
 glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
   return {d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x, d.z};
 }
@@ -195,14 +193,14 @@ std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::s
     Group g{group[first], first, first, glm::dvec3(0.0), set.patches[first].normal, 0.0, 0.0};
     for (; end < group.size() && group[end] == group[first]; ++end) {
       const Patch& e = set.patches[end];
-      g.middle += e.area_m2 * middle_of(e);
+      g.middle += e.area_m2 * e.middle();
       g.member_m2 += e.area_m2;
     }
     g.end = end;
     g.middle /= g.member_m2;
     g.member_m2 /= end - first;
     for (std::uint32_t k = first; k < end; ++k)
-      g.radius = std::max(g.radius, glm::distance(middle_of(set.patches[k]), g.middle));
+      g.radius = std::max(g.radius, glm::distance(set.patches[k].middle(), g.middle));
     if (end - first > 1)
       groups.push_back(g);
   }
@@ -218,7 +216,7 @@ bool GatherHits::distinguishes(const glm::dvec3& point, const Group& g) const {
   if (area * height <= nearest * nearest * nearest)
     return false;
   for (std::uint32_t k = g.first; k < g.end; ++k) {
-    const double distance = glm::distance(point, middle_of(set_->patches[k]));
+    const double distance = glm::distance(point, set_->patches[k].middle());
     if (area * height > distance * distance * distance)
       return true;
   }

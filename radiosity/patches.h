@@ -26,6 +26,7 @@ struct Patch {
   Rgb reflectance{0.0f};
   std::uint32_t facet = 0;
   float importance = 1; ///< SizeField::importance() of its light for the receivers
+  glm::dvec3 middle() const { return (corner[0] + corner[1] + corner[2]) / 3.0; }
   /// Of the rays that a patch usually gets, 0 to 1.
   float worth() const { return std::min(importance, 1.0f); }
 };

@@ -25,8 +25,6 @@ constexpr double kSame = 1e-5;   // units: corners that count as one
 constexpr double kAround = 0.02; // det M / (tr M)^2, at most 1/4: below, the neighbours lie in one line
 constexpr double kAbove = 1e-2;  // of the way, off the surface: where it is looked for what stands between two patches
 
-glm::dvec3 middle_of(const Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
-
 /// Patches that share a corner, increasing.
 class Corners {
 public:
@@ -74,22 +72,6 @@ Slope slope_of(std::span<const glm::dvec2> way, std::vector<std::uint32_t> neigh
   return slope;
 }
 
-/// Elements [first, end) of a patch.
-struct Family {
-  std::size_t first = 0, end = 0;
-};
-
-std::vector<Family> families_of(std::span<const std::uint32_t> parent, std::size_t patches) {
-  std::vector<Family> families(patches);
-  for (std::size_t e = 0; e < parent.size(); ++e) {
-    Family& family = families[parent[e]];
-    if (family.end == 0)
-      family.first = e;
-    family.end = e + 1;
-  }
-  return families;
-}
-
 /// Patches of one surface, and the axes of each.
 class Neighbourhood {
 public:
@@ -102,14 +84,14 @@ public:
     for (const std::uint32_t q : corners_.around(patches_[p]))
       if (q != p && meet(patches_[p], patches_[q])) {
         neighbour.push_back(q);
-        way.push_back(way_to(p, middle_of(patches_[q])));
+        way.push_back(way_to(p, patches_[q].middle()));
       }
     return slope_of(way, std::move(neighbour));
   }
   /// From the middle of a patch, along its axes.
   glm::dvec2 way_to(std::uint32_t p, const glm::dvec3& x) const {
     const OrthonormalBasis axes(patches_[p].normal);
-    const glm::dvec3 way = x - middle_of(patches_[p]);
+    const glm::dvec3 way = x - patches_[p].middle();
     return {glm::dot(way, axes.u), glm::dot(way, axes.v)};
   }
 
@@ -117,7 +99,7 @@ private:
   bool meet(const Patch& a, const Patch& b) const {
     if (mesh_.facets[a.facet].plane != mesh_.facets[b.facet].plane || glm::dot(a.normal, b.normal) <= 0.0)
       return false;
-    const glm::dvec3 way = middle_of(b) - middle_of(a), from = middle_of(a) + kAbove * glm::length(way) * a.normal;
+    const glm::dvec3 way = b.middle() - a.middle(), from = a.middle() + kAbove * glm::length(way) * a.normal;
     return !room_.occluded(room_.to_local(mesh_.origin + from), glm::vec3(way), 0.0f, 1.0f);
   }
 
@@ -132,17 +114,19 @@ private:
 /// f(x) = f_p + slope . (x - x_p)
 LinearLight::LinearLight(const radiosity::SurfaceMesh& mesh, std::span<const Patch> patches,
                          std::span<const Patch> elements, std::span<const std::uint32_t> parent, const RayScene& room) {
-  const std::vector<Family> families = families_of(parent, patches.size());
+  std::vector<std::uint32_t> count(patches.size(), 0); // of elements
+  for (const std::uint32_t p : parent)
+    ++count[p];
   const Neighbourhood around(mesh, patches, room);
   std::vector<Slope> slopes(patches.size());
   parallel_for(std::size_t{0}, patches.size(), [&](std::size_t p) {
-    if (families[p].end - families[p].first > 1) // one alone is its patch
+    if (count[p] > 1) // one alone is its patch
       slopes[p] = around.slope(static_cast<std::uint32_t>(p));
   });
   begin_.push_back(0);
   for (std::size_t e = 0; e < elements.size(); ++e) {
     const Slope& slope = slopes[parent[e]];
-    const glm::dvec2 at = around.way_to(parent[e], middle_of(elements[e]));
+    const glm::dvec2 at = around.way_to(parent[e], elements[e].middle());
     double own = 1.0;
     for (std::size_t k = 0; k < slope.to.size(); ++k) {
       const double weight = glm::dot(at, slope.to[k]);

@@ -141,8 +141,6 @@ TEST(LightElements, far_ones_are_weighed_by_their_areas_and_near_ones_by_their_r
     EXPECT_NEAR(static_cast<double>(parts[e]), of_patch[e], 1e-5);
 }
 
-glm::dvec3 middle_of(const radiosity::Patch& p) { return (p.corner[0] + p.corner[1] + p.corner[2]) / 3.0; }
-
 TEST(LightElements, of_a_patch_close_below_one_of_its_ends_count_by_themselves) {
   const Cut cut = cut_room(1200);
   const auto& elements = cut.elements.patches.patches;
@@ -151,8 +149,8 @@ TEST(LightElements, of_a_patch_close_below_one_of_its_ends_count_by_themselves) 
   for (std::uint32_t e = 0; e < elements.size(); ++e)
     if (const radiosity::Patch& whole = cut.problem.patches.patches[cut.elements.parent[e]];
         elements[e].normal.z > 0.9 && 8.0 * elements[e].area_m2 < whole.area_m2 * 1.01 &&
-        glm::distance(middle_of(elements[e]), middle_of(whole)) > 0.45 * std::sqrt(whole.area_m2)) {
-      points.push_back(middle_of(elements[e]) + glm::dvec3(0.0, 0.0, 0.02));
+        glm::distance(elements[e].middle(), whole.middle()) > 0.45 * std::sqrt(whole.area_m2)) {
+      points.push_back(elements[e].middle() + glm::dvec3(0.0, 0.0, 0.02));
       patch.push_back(cut.elements.parent[e]);
     }
   ASSERT_GT(points.size(), 20u);
@@ -180,7 +178,7 @@ TEST(LinearLight, has_the_patches_means_and_follows_an_even_slope) {
   const auto slope = [](const glm::dvec3& x) { return 2.0 + x.x + 3.0 * x.y - 2.0 * x.z; };
   std::vector<double> even(patches.size()), uneven(patches.size()), mean(patches.size(), 0.0);
   for (std::size_t p = 0; p < patches.size(); ++p) {
-    even[p] = slope(middle_of(patches[p]));
+    even[p] = slope(patches[p].middle());
     uneven[p] = static_cast<double>(p * 7919 % 31);
   }
   std::size_t sloped = 0;
@@ -188,7 +186,7 @@ TEST(LinearLight, has_the_patches_means_and_follows_an_even_slope) {
     mean[cut.elements.parent[e]] += static_cast<double>(cut.elements.fraction[e]) * further_at(cut, e, uneven);
     if (cut.elements.further.of(e).size() > 1) {
       ++sloped;
-      EXPECT_NEAR(further_at(cut, e, even), slope(middle_of(elements[e])), 1e-4);
+      EXPECT_NEAR(further_at(cut, e, even), slope(elements[e].middle()), 1e-4);
     }
   }
   EXPECT_GT(sloped, 400u);
@@ -200,11 +198,11 @@ TEST(LinearLight, ends_at_a_wall_that_stands_on_the_surface) {
   Room room = bench::room_with_window_hole(0.5f);
   bench::add_quad(room, {0, 2.5, 0}, {3.8, 2.5, 0}, {3.8, 2.5, 2.8}, {0, 2.5, 2.8});
   const Cut cut = cut_room(room, 3000);
-  const auto side = [&](const radiosity::Patch& p) { return (cut.problem.mesh.origin + middle_of(p)).y < 2.5; };
+  const auto side = [&](const radiosity::Patch& p) { return (cut.problem.mesh.origin + p.middle()).y < 2.5; };
   std::size_t shares = 0;
   for (std::size_t e = 0; e < cut.elements.parent.size(); ++e) {
     const radiosity::Patch& own = cut.problem.patches.patches[cut.elements.parent[e]];
-    if (own.normal.z < 0.9 || (cut.problem.mesh.origin + middle_of(own)).x > 3.3)
+    if (own.normal.z < 0.9 || (cut.problem.mesh.origin + own.middle()).x > 3.3)
       continue;
     for (const LinearLight::Share& s : cut.elements.further.of(e)) {
       ++shares;
