@@ -198,7 +198,6 @@ ContactView IndirectShadow::contact_view(std::size_t part, const glm::dvec3& x, 
 Rgb IndirectShadow::exchanged(const ContactView& view) const {
   return state_->other_objects.change(view, state_->radiance);
 }
-const WindowVisibility& IndirectShadow::windows() const { return state_->windows; }
 WindowVisibility::SeenPoints IndirectShadow::not_hidden(std::size_t part, const glm::dvec3& x,
                                                         const WindowVisibility::SeenPoints& past_room) const {
   return state_->windows.not_hidden(x, past_room, state_->parts, part);

@@ -83,7 +83,6 @@ public:
   /// set_objects(), and the change of its irradiance after set_indirect().
   ContactView contact_view(std::size_t part, const glm::dvec3& x, const SenderSide& side) const;
   Rgb exchanged(const ContactView& view) const;
-  const WindowVisibility& windows() const;
   /// What a point of a part sees of the windows past the room, without what other parts hide.
   WindowVisibility::SeenPoints not_hidden(std::size_t part, const glm::dvec3& x,
                                           const WindowVisibility::SeenPoints& past_room) const;

@@ -1,79 +1,16 @@
 #include "runtime/indirect/vertex_light.h"
 
 #include <algorithm>
-#include <map>
 #include <numbers>
 
-#include "runtime/base/cell_key.h"
-#include "scene/core/parallel.h"
+#include "runtime/indirect/lit_side.h"
 
 namespace daylit {
 
 namespace {
 
-/// From the first of ascending vertices that belong to a part to the last.
-struct Range {
-  std::size_t first = 0, last = 0;
-};
-Range of_part(const VirtualObjects::Part& part, std::span<const std::uint32_t> vertices) {
-  const auto place = [&](std::size_t vertex) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(vertices, vertex) - vertices.begin());
-  };
-  return {place(part.first_vertex), place(part.first_vertex + part.mesh().positions.size())};
-}
-
 constexpr float kLeastHidden = 0.1f; // from there on it counts in which directions the object hides itself
 constexpr float kMostHidden = 0.98f; // from there on nothing is seen
-constexpr double kWindowCell = 0.1;  // of an object's radius: a cube of that side sees windows alike
-
-/// One side of a vertex that sends light.
-struct LitSide {
-  const VirtualObjects& objects;
-  const glm::mat3& rotation; ///< of its part
-  std::size_t part;
-  std::size_t own;     ///< its number in the mesh
-  std::size_t number;  ///< among all senders
-  std::size_t in_part; ///< among those of its part
-  bool back;
-
-  const TransferVector& transfer() const {
-    const VertexTransfer& t = objects.senders.transfer[number];
-    return back ? t.back : t.front;
-  }
-  const glm::dvec3& position() const { return objects.senders.surface.positions[number]; }
-  SenderSide seen() const {
-    const VirtualObjects::Part& p = objects.parts[part];
-    const glm::vec3& n = p.mesh().normals[own];
-    return {&p.model->self.visibility(), in_part, back, rotation * VertexRays::frame(back ? -n : n)};
-  }
-  Rgb& of(std::span<TwoSided> radiance) const { return back ? radiance[number].back : radiance[number].front; }
-  /// L += rho / pi Delta E, never below zero.
-  void add_irradiance(const Rgb& change, std::span<TwoSided> radiance) const {
-    const Rgb rho_over_pi = objects.senders.surface.reflectance[number] * std::numbers::inv_pi_v<float>;
-    of(radiance) = glm::max(of(radiance) + rho_over_pi * change, Rgb(0.0f));
-  }
-  /// L += rho / pi sum_lm dL_lm C_lm, never below zero.
-  void add_coefficients(const Sh9Rgb& change, std::span<TwoSided> radiance) const {
-    of(radiance) = add_reflected(of(radiance), change, transfer(), objects.senders.surface.reflectance[number]);
-  }
-};
-
-/// work(side) for each side that light reaches.
-template <class Work>
-void for_each_side(const VirtualObjects& objects, const Work& work) {
-  const std::vector<std::uint32_t>& vertex = objects.senders.vertex;
-  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    const VirtualObjects::Part& part = objects.parts[k];
-    const glm::mat3 rotation = part.rotation();
-    const auto [first, last] = of_part(part, vertex);
-    parallel_for(tbb::blocked_range<std::size_t>(first, last, 64), [&, begin = first](const auto& range) {
-      for (std::size_t i = range.begin(); i != range.end(); ++i)
-        for (const bool back : {false, true})
-          if (!back || objects.has_back[vertex[i]])
-            work(LitSide{objects, rotation, k, vertex[i] - part.first_vertex, i, i - begin, back});
-    });
-  }
-}
 
 } // namespace
 
@@ -102,83 +39,6 @@ void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, co
     else
       side.add_coefficients(field.feedback(side.part, side.own), radiance);
   });
-}
-
-ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& objects) {
-  if (!field.objects_see_each_other())
-    return {};
-  ContactViews views(objects.senders.vertex.size());
-  for_each_side(objects, [&](const LitSide& side) {
-    views[side.number][side.back] = field.contact_view(side.part, side.position(), side.seen());
-  });
-  return views;
-}
-
-namespace {
-
-/// What of the windows is seen from cubes of space around the senders.
-struct WindowCells {
-  using SeenPoints = WindowVisibility::SeenPoints;
-  std::vector<std::uint32_t> of;               ///< per sender
-  std::vector<SeenPoints> past_room, past_all; ///< past_all: past other objects, too; empty where these are far away
-};
-
-/// Of those in one cube from the first of them. What lies on a surface looks from above it.
-WindowCells window_cells(const IndirectShadow& field, const VirtualObjects& objects) {
-  WindowCells cells;
-  cells.of.resize(objects.senders.vertex.size());
-  std::vector<glm::dvec3> eye;
-  std::vector<std::size_t> part_of;
-  for (std::size_t k = 0; k < objects.parts.size(); ++k) {
-    std::map<CellKey, std::uint32_t> known;
-    const auto [first, last] = of_part(objects.parts[k], objects.senders.vertex);
-    const double side = std::max(kWindowCell * objects.parts[k].sphere.radius, 1e-6);
-    for (std::size_t i = first; i < last; ++i) {
-      const glm::dvec3& x = objects.senders.surface.positions[i];
-      const auto [found, made] = known.emplace(CellKey(x, side), static_cast<std::uint32_t>(eye.size()));
-      if (made)
-        eye.push_back(x + kAirGap_m * (glm::dvec3(objects.senders.surface.normals[i]) + glm::dvec3(0.0, 0.0, 2.0)));
-      cells.of[i] = found->second;
-    }
-    part_of.resize(eye.size(), k);
-  }
-  cells.past_room.resize(eye.size());
-  cells.past_all.resize(field.objects_see_each_other() ? eye.size() : 0);
-  parallel_for(std::size_t{0}, eye.size(), [&](std::size_t k) {
-    cells.past_room[k] = field.windows().seen_points(eye[k]);
-    if (!cells.past_all.empty())
-      cells.past_all[k] = field.not_hidden(part_of[k], eye[k], cells.past_room[k]);
-  });
-  return cells;
-}
-
-} // namespace
-
-/// Nearer to another object than its views tell, what this hides is wanted of each vertex.
-WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views) {
-  const WindowCells cells = window_cells(field, objects);
-  WindowShares shares(cells.of.size());
-  for_each_side(objects, [&](const LitSide& side) {
-    const glm::dvec3& x = side.position();
-    const glm::dvec3 n = (side.back ? -1.0 : 1.0) * glm::dvec3(objects.senders.surface.normals[side.number]);
-    const auto seen = [&](const std::vector<WindowVisibility::SeenPoints>& from) {
-      return field.windows().visible_fraction(x, n, from[cells.of[side.number]]);
-    };
-    float& share = shares[side.number][side.back];
-    if (views.empty()) {
-      share = seen(cells.past_room);
-      return;
-    }
-    const ContactView& view = views[side.number][side.back];
-    share = view.share < 1.0f ? (1.0f - view.share) * seen(cells.past_all) : 0.0f;
-    if (view.share > 0.0f)
-      share += view.share * std::max(seen(cells.past_room) - view.blocked, 0.0f);
-  });
-  return shares;
-}
-
-void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std::span<TwoSided> direct) {
-  for_each_side(objects, [&](const LitSide& side) { side.of(direct) *= shares[side.number][side.back]; });
 }
 
 std::vector<std::array<Rgb, 2>> contact_changes(const IndirectShadow& field, const VirtualObjects& objects,
@@ -245,7 +105,7 @@ std::vector<std::array<MirroringSide, 2>> mirroring_sides(const IndirectShadow& 
     const auto of = [&](const TwoSided& both) { return side.back ? both.back : both.front; };
     s.as_diffuse = rho / objects.senders.surface.reflectance[k] * (of(of_windows[k]) + of(of_room[k]));
     const Rgb seen = (1.0f - hidden_fraction(side.transfer())) * rho;
-    s.of_windows = shares[k][side.back] * seen;
+    s.of_windows = shares[k][side.back] * rho;
     const Sh9Rgb change = field.feedback(side.part, side.own);
     for (std::size_t i = 0; i < s.sent.size(); ++i)
       s.sent[i] = seen * (light[k][i] + change[i]);

@@ -7,6 +7,7 @@
 
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/light_in_box.h"
+#include "runtime/indirect/window_shares.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
 #include "runtime/sky/direct_light.h"
@@ -28,15 +29,6 @@ FeedbackTerms feedback_terms(const IndirectShadow& field, const VirtualObjects& 
 /// The same of what the objects change of the light that the room sends them.
 void add_feedback(const IndirectShadow& field, const VirtualObjects& objects, const FeedbackTerms& terms,
                   std::span<TwoSided> radiance);
-/// Of both sides of each sender: how it sees other objects that are near. Empty where objects are far from each other.
-using ContactViews = std::vector<std::array<ContactView, 2>>;
-ContactViews contact_views(const IndirectShadow& field, const VirtualObjects& objects);
-/// Of both sides of each sender: the part of the windows' light that reaches it, past the room and objects near by.
-/// `views`: contact_views().
-using WindowShares = std::vector<std::array<float, 2>>;
-WindowShares window_shares(const IndirectShadow& field, const VirtualObjects& objects, const ContactViews& views);
-/// Leaves of the light that comes straight from the sky that part.
-void shade_direct(const VirtualObjects& objects, const WindowShares& shares, std::span<TwoSided> direct);
 /// After each IndirectShadow::exchange(): of both sides, the change of irradiance by the views.
 std::vector<std::array<Rgb, 2>> contact_changes(const IndirectShadow& field, const VirtualObjects& objects,
                                                 const ContactViews& views);

@@ -84,6 +84,16 @@ WindowVisibility::SeenPoints WindowVisibility::not_hidden(const glm::dvec3& x, S
   return seen;
 }
 
+WindowVisibility::SeenPoints WindowVisibility::past_own(const glm::dvec3& x, SeenPoints seen,
+                                                        const SenderSide& side) const {
+  for (std::size_t w = 0; w < apertures_.size(); ++w)
+    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
+      if (seen[w] >> k & 1u &&
+          side.visible_cosine(glm::vec3(glm::normalize(window_point(apertures_[w], k) - x))) <= 0.0f)
+        seen[w] &= static_cast<std::uint16_t>(~(1u << k));
+  return seen;
+}
+
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const {
   if (std::ranges::all_of(seen, [](std::uint16_t points) { return points == 0xFFFFu; }))
     return 1.0f;

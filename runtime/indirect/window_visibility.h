@@ -8,6 +8,7 @@
 
 #include "runtime/indirect/room_planes.h"
 #include "runtime/object/placed_parts.h"
+#include "runtime/object/self_visibility.h"
 #include "runtime/sky/direct_light.h"
 #include "scene/room/ray_scene.h"
 
@@ -35,6 +36,8 @@ public:
   /// Of these, the points that no part but `own` hides.
   SeenPoints not_hidden(const glm::dvec3& x, SeenPoints seen, const PlacedParts& parts, std::size_t own) const;
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const;
+  /// Of these, the points towards which a side of an object sees past its own object.
+  SeenPoints past_own(const glm::dvec3& x, SeenPoints seen, const SenderSide& side) const;
   /// What `parts` take of that fraction, all but `ignored`.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                          std::size_t ignored = PlacedParts::kNone) const;

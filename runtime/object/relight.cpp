@@ -7,7 +7,6 @@
 #include <glm/common.hpp>
 
 #include "runtime/base/sh_rotation.h"
-#include "runtime/object/received_light.h"
 #include "scene/core/parallel.h"
 #include "sh/sh9.h"
 
@@ -139,47 +138,6 @@ std::vector<TwoSided> relight_vertices(std::span<const Sh9Rgb> light, std::span<
   });
   if (ringing)
     *ringing = total(chunks);
-  return radiance;
-}
-
-namespace {
-
-/// Irradiance of one side: E(n) of the lights, exact without shadow, times the fraction sum_lm L_lm C_lm / E that the
-/// object leaves of it in nine coefficients, per channel.
-Rgb shadowed_irradiance(const ReceivedLight& windows, const Sh9Rgb& coefficients, const glm::vec3& n,
-                        const TransferVector& transfer) {
-  const Rgb shadowed = dot9(coefficients, transfer), whole = irradiance(coefficients, n);
-  Rgb unshadowed(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (whole[c] > 0.0f)
-      unshadowed[c] = std::clamp(shadowed[c] / whole[c], 0.0f, 1.0f);
-  return windows.irradiance(n) * unshadowed;
-}
-
-} // namespace
-
-/// L_lm of the windows' lights = sum_j E_j Y_lm(w_j).
-std::vector<TwoSided> direct_radiance(std::span<const DirectionalLight> windows, std::span<const glm::vec3> normals,
-                                      std::span<const VertexTransfer> world_transfer,
-                                      std::span<const Rgb> reflectance) {
-  Sh9Rgb coefficients{};
-  for (const DirectionalLight& l : windows) {
-    const std::array<float, 9> y = sh::evaluate9(glm::vec3(l.direction));
-    for (int i = 0; i < 9; ++i)
-      coefficients[i] += y[i] * l.irradiance;
-  }
-  const ReceivedLight received(windows);
-  std::vector<TwoSided> radiance(normals.size());
-  parallel_for(tbb::blocked_range<std::size_t>(0, radiance.size(), 64), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i != range.end(); ++i) {
-      const Rgb rho_over_pi = reflectance[i] * std::numbers::inv_pi_v<float>;
-      radiance[i].front =
-          rho_over_pi * shadowed_irradiance(received, coefficients, normals[i], world_transfer[i].front);
-      if (world_transfer[i].back != TransferVector{})
-        radiance[i].back =
-            rho_over_pi * shadowed_irradiance(received, coefficients, -normals[i], world_transfer[i].back);
-    }
-  });
   return radiance;
 }
 

@@ -46,11 +46,6 @@ std::size_t spread_vertex_probes(std::span<const std::array<std::uint32_t, 3>> t
 struct TwoSided {
   Rgb front{0.0f}, back{0.0f};
 };
-/// Radiance of each vertex that it reflects of the windows' light, the sun's excepted. `windows`: that light at the
-/// objects' middle, unshadowed. The irradiance is summed over them, because nine coefficients put light on the side
-/// that faces away; the fraction that the object itself blocks is that of the coefficients.
-std::vector<TwoSided> direct_radiance(std::span<const DirectionalLight> windows, std::span<const glm::vec3> normals,
-                                      std::span<const VertexTransfer> world_transfer, std::span<const Rgb> reflectance);
 
 /// Nine coefficients can ring: where an irradiance came out negative it was drawn as none.
 struct Ringing {

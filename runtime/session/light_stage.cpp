@@ -65,10 +65,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
                                                  std::vector<TwoSided>& radiance, std::vector<Sh9Rgb>& light) const {
   const ObjectSurface& surface = objects.senders.surface;
   const std::vector<DirectionalLight> windows = window_lights(sky->pyramid, direct_->cells, direct_->sphere.centre);
-  std::vector<TwoSided> direct =
-      direct_radiance(windows, surface.normals, objects.senders.transfer, surface.reflectance);
-  if (room_.indirect_shadow)
-    shade_direct(objects, probes_->windows, direct);
+  std::vector<TwoSided> direct = direct_radiance(windows, objects, probes_->windows);
   const bool mirrors = !objects.senders.mirrored_reflectance.empty();
   const std::vector<TwoSided> of_windows = mirrors ? direct : std::vector<TwoSided>{};
   add_emission(surface, 1.0f, direct); // it lights the room and other objects as what they reflect does
@@ -160,9 +157,10 @@ void LightStage::update(const SkyStage& sky, const Versioned<VirtualObjects>& ob
       room_.indirect_shadow->set_lamps(senders);
       probes.feedback = feedback_terms(*room_.indirect_shadow, *objects);
       probes.contact = contact_views(*room_.indirect_shadow, *objects);
-      probes.windows = window_shares(*room_.indirect_shadow, *objects, probes.contact);
       probes.lamps = lamp_light(*room_.indirect_shadow, *objects);
     }
+    const IndirectShadow* others = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
+    probes.windows = window_shares(room_.window_visibility, others, *objects, probes.contact);
     clock.end("probes");
   });
   indirect_.update({direct_.version(), probes_.version()}, [&](ObjectsIndirectLight& indirect) {

@@ -27,6 +27,7 @@ struct LoadedRoom {
   RoomLight light;
   std::optional<IndirectShadow> indirect_shadow; ///< empty: not drawn
   ApertureCrossings windows;
+  WindowVisibility window_visibility{rays, volume.apertures};
   RoomMirror mirror;
 
   LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow);

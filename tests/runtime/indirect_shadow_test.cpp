@@ -283,7 +283,8 @@ TEST(IndirectShadow, another_object_hides_the_points_of_windows_that_lie_behind_
     parts.push_back({&s.mesh_rays, s.mesh.triangles, s.mesh.positions, s.mesh.positions.size() * parts.size(), world});
   }
   s.change.set_objects(parts);
-  const auto past_room = s.change.windows().seen_points(x), left = s.change.not_hidden(0, x, past_room);
+  const WindowVisibility windows(s.rays, panes);
+  const auto past_room = windows.seen_points(x), left = s.change.not_hidden(0, x, past_room);
   ASSERT_EQ(past_room, WindowVisibility::SeenPoints(panes.size(), 0xFFFFu));
   EXPECT_EQ(s.change.not_hidden(1, x, past_room), past_room) << "the first lies behind x, the second is its own";
   int hidden = 0;
