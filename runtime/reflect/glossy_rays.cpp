@@ -364,7 +364,7 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     lights[k] = {s.bsdf.diffuse_albedo(s.out), Rgb(0.0f),          Rgb(1.0f), Rgb(0.0f),
                  s.material.emission,          occluded(point, s), s.normal,  0.0f};
     const ObjectMaterial* m = material(point);
-    if (m && m->normal_texture && lights[k].diffuse != Rgb(0.0f))
+    if (m && (m->normal_texture || m->is_glossy()) && lights[k].diffuse != Rgb(0.0f))
       shade_relief(point, s, lights[k]);
     if (!m || !m->is_glossy())
       continue;

@@ -143,8 +143,6 @@ Rgb GlossyRays::glint(const ObjectPoint& point, const Surface& s, const NormalSp
     f += wide_glint(s, in, spread);
   if (largest(f) > kFaintest && is_behind_rough_glass(*x, to_sun))
     f = Rgb(0.0f);
-  // The base was drawn as if the sun's light came in as light from everywhere does.
-  f += in.z * (s.bsdf.diffuse(s.out, in) - std::numbers::inv_pi_v<float> * s.bsdf.diffuse_albedo(s.out));
   return largest(glm::abs(f)) > kFaintest ? f * room_.disc_at(*x, turn) : Rgb(0.0f);
 }
 

@@ -1,6 +1,6 @@
-// What a normal map does to the diffuse part of a material. It was drawn with the smooth normal n, with all shadows:
-// here it is multiplied, direct and indirect light apart, by what a surface of the mapped normal m receives over what
-// one of n does.
+// What a normal map and the dielectric over it do to the diffuse part of a material. It was drawn with the smooth
+// normal n, with all shadows, as if light came in as it does from everywhere: here it is multiplied, direct and
+// indirect light apart, by what the base under a surface of the mapped normal m receives over what one of n does.
 
 #include <algorithm>
 
@@ -26,13 +26,14 @@ Rgb ratio(const Rgb& mapped, const Rgb& smooth) {
 
 } // namespace
 
-/// sum E max(0, m.w) / sum E n.w over the lights above the surface (n.w > 0): samples of the sky, and the sun where it
-/// reaches the point.
+/// sum E max(0, m.w) B(w) / sum E n.w over the lights above the surface (n.w > 0): samples of the sky, and the sun
+/// where it reaches the point. B: Bsdf::base_share().
 Rgb GlossyRays::relief_of_direct(const ObjectPoint& point, const Surface& s) const {
   Rgb mapped(0.0f), smooth(0.0f);
   const auto add = [&](const glm::vec3& w, const Rgb& irradiance) {
     smooth += glm::dot(s.smooth, w) * irradiance;
-    mapped += std::max(glm::dot(s.normal, w), 0.0f) * irradiance;
+    if (const glm::vec3 in = s.to_local(w); in.z > 0.0f)
+      mapped += in.z * s.bsdf.base_share(in) * irradiance;
   };
   for (const DirectionalLight& l : sky_)
     if (const glm::vec3 w(l.direction); glm::dot(s.smooth, w) > 0.0f)
@@ -47,7 +48,7 @@ Rgb GlossyRays::relief_of_direct(const ObjectPoint& point, const Surface& s) con
 /// E(m) / E(n) of nine coefficients, times what of the half space of m lies above the surface, (1 + m.n) / 2 of its
 /// light where that is even (a lune; Howell C-5 with an edge in common).
 Rgb GlossyRays::relief_of_indirect(const ObjectPoint& point, const Surface& s) const {
-  if (arriving_.empty())
+  if (arriving_.empty() || s.normal == s.smooth)
     return Rgb(1.0f);
   const VirtualObjects::Part& part = room_.objects.objects().parts[point.part];
   const auto& t = part.mesh().triangles[point.triangle];

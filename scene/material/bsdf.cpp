@@ -203,12 +203,11 @@ Rgb Bsdf::glossy(const glm::vec3& out, const glm::vec3& in) const {
 
 // colour / pi base_light(out) base_light(in) / mean (Kelemen & Szirmay-Kalos 2001, eq. 5).
 Rgb Bsdf::diffuse(const glm::vec3& out, const glm::vec3& in) const {
-  if (m_.lobe)
-    return out.z * in.z > 0.0f ? m_.lobe->base(m_.base_colour, peak(out)) / kPi : Rgb(0.0f);
-  if (!dielectric_ || m_.transmission >= 1.0f || out.z * in.z <= 0.0f)
-    return Rgb(0.0f);
-  return (1.0f - m_.metallic) * (1.0f - m_.transmission) * m_.base_colour *
-         (base_light(seen(out)) * base_light(seen(in)) / (kPi * base_));
+  return out.z * in.z > 0.0f ? diffuse_albedo(out) * (base_share(in) / kPi) : Rgb(0.0f);
+}
+
+float Bsdf::base_share(const glm::vec3& in) const {
+  return !m_.lobe && dielectric_ && m_.transmission < 1.0f ? base_light(seen(in)) / base_ : 1.0f;
 }
 
 Rgb Bsdf::f(const glm::vec3& out, const glm::vec3& in) const { return glossy(out, in) + diffuse(out, in); }

@@ -63,8 +63,10 @@ public:
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.
   Rgb diffuse_albedo(const glm::vec3& out) const;
-  /// The diffuse base alone; per sr.
+  /// The diffuse base alone; per sr: diffuse_albedo(out) base_share(in) / pi.
   Rgb diffuse(const glm::vec3& out, const glm::vec3& in) const;
+  /// What of light from there comes down to the diffuse base, by the mean over light from everywhere.
+  float base_share(const glm::vec3& in) const;
   /// Of a ray from `out`: what is mirrored and what goes through, all roughness of the lobes together. Under a rough
   /// coat up to some percent too much.
   Rgb reflected_albedo(const glm::vec3& out) const;

@@ -1,6 +1,7 @@
-// What a normal map does to the diffuse part of a material, against the cosines of single lights.
+// What a normal map and a dielectric do to the diffuse part of a material, against the cosines of single lights.
 
 #include <array>
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "glossy_scene.h"
+#include "scene/material/bsdf.h"
 #include "scene/volume/volume.h"
 
 namespace daylit {
@@ -33,9 +35,10 @@ struct MappedSphere : GlossyScene {
   std::vector<Sh9Rgb> arriving;
   static constexpr glm::vec3 kSmooth{-1.0f, 0.0f, 0.0f};
 
-  explicit MappedSphere(bool mapped = true) : GlossyScene(diffuse(false), {}, test::box_window()) {
+  explicit MappedSphere(bool mapped = true) : MappedSphere(diffuse(mapped)) {}
+  explicit MappedSphere(const ObjectMaterial& material) : GlossyScene(diffuse(false), {}, test::box_window()) {
     ObjectMesh mesh = room.mesh;
-    mesh.materials = {diffuse(mapped)};
+    mesh.materials = {material};
     mesh.uv.assign(mesh.positions.size(), glm::vec2(0.5f));
     mesh.textures = {*Texture::make({1, 1, {kTexel[0], kTexel[1], kTexel[2]}}, TextureCoding::linear)};
     objects.parts[0].model =
@@ -105,6 +108,25 @@ TEST(Relief, without_a_normal_map_nothing_changes) {
   const GlossyLight light = sphere.shown({kFront});
   EXPECT_EQ(light.diffuse, Rgb(kAlbedo));
   EXPECT_EQ(light.occluded, Rgb(0.0f));
+}
+
+TEST(Relief, under_a_dielectric_the_base_takes_of_each_light_what_its_angle_lets_in_and_all_of_the_indirect) {
+  ObjectMaterial plastic = diffuse(false);
+  plastic.roughness = 0.3f;
+  MappedSphere sphere(plastic);
+  SurfaceMaterial m;
+  m.base_colour = Rgb(kAlbedo);
+  m.alpha_u = m.alpha_v = 0.09f;
+  const Bsdf bsdf(m);
+  const float albedo = bsdf.diffuse_albedo({0.0f, 0.0f, 1.0f}).g;
+  for (const double angle : {0.2, 0.9, 1.4}) {
+    const DirectionalLight light{{-std::cos(angle), 0.0, std::sin(angle)}, Rgb(2.0f)};
+    const float share = bsdf.base_share(glm::vec3(std::sin(angle), 0.0f, std::cos(angle)));
+    EXPECT_GT(std::fabs(share - 1.0f), 0.02f);
+    const GlossyLight shown = sphere.shown({light});
+    EXPECT_NEAR(shown.diffuse.g / albedo, share, 0.01f) << angle;
+    EXPECT_NEAR(shown.diffuse.g * GlossyScene::kIndirect - shown.occluded.g, albedo * GlossyScene::kIndirect, 1e-4f);
+  }
 }
 
 } // namespace
