@@ -85,30 +85,6 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   return s;
 }
 
-/// Light of the vertices, of the base's colour here.
-Rgb GlossyRays::diffuse_of(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
-  const Rgb albedo = s.bsdf.diffuse_albedo(s.out);
-  if (albedo == Rgb(0.0f))
-    return albedo;
-  const VirtualObjects& objects = room_.objects.objects();
-  const VirtualObjects::Part& part = objects.parts[point.part];
-  const auto& t = part.mesh().triangles[point.triangle];
-  const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
-  const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
-  Rgb radiance(0.0f), reflectance(0.0f);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const TwoSided& vertex = all[part.sender_of(t[k])];
-    radiance += weight[k] * (back ? vertex.back : vertex.front);
-    reflectance += weight[k] * objects.sent_reflectance(part, t[k]);
-  }
-  return radiance * albedo / glm::max(reflectance, Rgb(kLeastReflectance));
-}
-
-/// glTF 2.0, section 3.9.3: indirect light alone.
-Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
-  return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
-}
-
 /// A ray of the tree, from outside or inside the objects.
 struct GlossyRays::Branch {
   WorldRay ray;
@@ -156,7 +132,8 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
 }
 
 /// One ray for the brightest lobe, which stands for those left out, and for each other that brings enough: no light is
-/// lost, and few branches bring enough, since all of a sample bring at most 1 together.
+/// lost, and few branches bring enough, since all of a sample bring at most 1 together. What would run on inside after
+/// the last ray leaves somewhere, to all sides: it is as bright as the room's light on the surface here, E / pi.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
                         Work& work) const {
   if (from.depth >= settings_.most_depth)
@@ -169,18 +146,22 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
   const std::size_t first = work.next.size();
   const float least = from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside : settings_.least_importance;
-  Rgb left_out(0.0f);
+  Rgb left_out(0.0f), runs_on(0.0f);
   for (const std::size_t k : order) {
     const std::optional<BsdfSample>& lobe = lobes[k];
     const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    const bool goes_on = lobe && (work.next.size() == first || largest(weight) >= least);
+    const bool goes_on = lobe && (k == order[0] || largest(weight) >= least);
     if (!goes_on) {
       left_out += weight;
       continue;
     }
-    ++work.rays;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
+    if (inside && from.depth + 1 >= settings_.most_depth) {
+      runs_on += weight;
+      continue;
+    }
+    ++work.rays;
     const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
     work.next.push_back(
         {onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
@@ -193,6 +174,10 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   }
   if (work.next.size() > first)
     work.next[first].weight += left_out;
+  else
+    runs_on += left_out;
+  if (runs_on != Rgb(0.0f))
+    work.add(from.tree, runs_on * arriving_at(indirect_, point, s));
 }
 
 /// How far half vectors turn within the part of a lobe that a ray stands for, radians: with its directions, and with
@@ -256,9 +241,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   work.add(branch.tree, left.weight * sent);
 }
 
-/// A ray inside an object meets its surface before the room. A mesh that is not closed lets it out, and so does any the
-/// last ray of a sample, so that what runs to and fro in glass does not end black: nothing is absorbed, and below an
-/// object it finds the room's light as if it were not there.
+/// A ray inside an object meets its surface before the room; a mesh that is not closed lets it out. The last ray of a
+/// sample goes on past objects, and below one finds the room's light as if it were not there.
 void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
   std::array<WorldRay, kRayBatch> rays;
   std::array<double, kRayBatch> most;

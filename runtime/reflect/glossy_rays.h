@@ -102,6 +102,7 @@ private:
   bool is_behind_rough_glass(const glm::dvec3& x, const glm::vec3& direction) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
                           Work& work) const;
+  Rgb arriving_at(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb diffuse_of(std::span<const TwoSided> radiance, const ObjectPoint& point, const Surface& s) const;
   Rgb occluded(const ObjectPoint& point, const Surface& s) const;
   Rgb relief_of_direct(const ObjectPoint& point, const Surface& s) const;

@@ -1,6 +1,7 @@
 // Things with walls of glass, whose rays meet many faces: in a room that is equally bright everywhere they are as
 // bright as the room, and what they show of a window or the sun does not depend on how it is looked for.
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -9,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "glossy_scene.h"
+#include "scene/material/fresnel.h"
 
 namespace daylit {
 namespace {
@@ -18,7 +20,7 @@ using test::GlossyScene;
 using test::kRoom;
 using test::metal;
 
-/// The sphere becomes a hollow one, with a wall of a part of the radius.
+/// The sphere becomes a hollow one, with a wall of a part of the radius. Its surface is lit as an even room lights it.
 void hollow_out(GlossyScene& scene, float wall, const GlossySettings& settings = {}) {
   VirtualObjects::Model model{scene.room.mesh, {}, {}};
   const auto count = static_cast<std::uint32_t>(model.mesh.positions.size());
@@ -33,6 +35,8 @@ void hollow_out(GlossyScene& scene, float wall, const GlossySettings& settings =
   model.mesh.reflectance.resize(2 * static_cast<std::size_t>(count), Rgb(1.0f));
   model.rays = test::Surrounded::rays_of(model.mesh);
   scene.objects.parts[0].model = std::make_shared<const VirtualObjects::Model>(std::move(model));
+  scene.objects.surface.reflectance.assign(2 * static_cast<std::size_t>(count), Rgb(1.0f));
+  scene.indirect.assign(2 * static_cast<std::size_t>(count), {Rgb(kRoom), Rgb(kRoom)});
   scene.renew(settings);
 }
 
@@ -56,6 +60,18 @@ TEST(GlassWalls, however_few_rays_may_follow_one_another_no_light_is_lost_or_add
   GlossyScene none(glass());
   hollow_out(none, 0.1f, {.most_depth = 0});
   EXPECT_EQ(none.look(0.07).radiance, Rgb(0.0f));
+}
+
+TEST(GlassWalls, what_runs_on_inside_after_the_last_ray_is_as_bright_as_the_light_on_the_surface) {
+  constexpr float kOnSurface = 0.3f;
+  GlossyScene scene(glass());
+  scene.indirect.assign(scene.indirect.size(), {Rgb(kOnSurface), Rgb(kOnSurface)});
+  scene.renew({.most_depth = 1});
+  for (const double aside : {0.0, 0.06, 0.12}) {
+    const double sine = aside / static_cast<double>(GlossyScene::kRadius);
+    const float mirrored = fresnel_dielectric(static_cast<float>(std::sqrt(1.0 - sine * sine)), glass().ior);
+    EXPECT_NEAR(scene.radiance(aside).g, mirrored * kRoom + (1.0f - mirrored) * kOnSurface, 0.02f) << aside;
+  }
 }
 
 /// Mean of a row of points across, each with the lobe samples and lights of sixteen pixels.

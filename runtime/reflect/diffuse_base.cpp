@@ -1,6 +1,7 @@
-// What a normal map and the dielectric over it do to the diffuse part of a material. It was drawn with the smooth
-// normal n, with all shadows, as if light came in as it does from everywhere: here it is multiplied, direct and
-// indirect light apart, by what the base under a surface of the mapped normal m receives over what one of n does.
+// The diffuse part of a material: the light of the vertices on it, and what a normal map and a dielectric over it do to
+// it. It was drawn with the smooth normal n, with all shadows, as if light came in as it does from everywhere: here it
+// is multiplied, direct and indirect light apart, by what the base under a surface of the mapped normal m receives over
+// what one of n does.
 
 #include <algorithm>
 
@@ -25,6 +26,33 @@ Rgb ratio(const Rgb& mapped, const Rgb& smooth) {
 }
 
 } // namespace
+
+/// E / pi, of the light of the vertices.
+Rgb GlossyRays::arriving_at(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
+  const VirtualObjects& objects = room_.objects.objects();
+  const VirtualObjects::Part& part = objects.parts[point.part];
+  const auto& t = part.mesh().triangles[point.triangle];
+  const float weight[3] = {1.0f - point.u - point.v, point.u, point.v};
+  const bool back = glm::dot(s.normal, point.face_normal) < 0.0f;
+  Rgb radiance(0.0f), reflectance(0.0f);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const TwoSided& vertex = all[part.sender_of(t[k])];
+    radiance += weight[k] * (back ? vertex.back : vertex.front);
+    reflectance += weight[k] * objects.sent_reflectance(part, t[k]);
+  }
+  return radiance / glm::max(reflectance, Rgb(kLeastReflectance));
+}
+
+/// Of the base's colour here.
+Rgb GlossyRays::diffuse_of(std::span<const TwoSided> all, const ObjectPoint& point, const Surface& s) const {
+  const Rgb albedo = s.bsdf.diffuse_albedo(s.out);
+  return albedo == Rgb(0.0f) ? albedo : albedo * arriving_at(all, point, s);
+}
+
+/// glTF 2.0, section 3.9.3: indirect light alone.
+Rgb GlossyRays::occluded(const ObjectPoint& point, const Surface& s) const {
+  return s.material.occlusion < 1.0f ? (1.0f - s.material.occlusion) * diffuse_of(indirect_, point, s) : Rgb(0.0f);
+}
 
 /// sum E max(0, m.w) B(w) / sum E n.w over the lights above the surface (n.w > 0): samples of the sky, and the sun
 /// where it reaches the point. B: Bsdf::base_share().
