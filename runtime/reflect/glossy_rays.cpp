@@ -142,7 +142,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   const glm::vec2 u = glm::fract(place + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
   const auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
-  std::array<std::size_t, 3> order{0, 1, 2};
+  std::array<std::size_t, 4> order{0, 1, 2, 3};
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
   const std::size_t first = work.next.size();
   const float least = from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside : settings_.least_importance;

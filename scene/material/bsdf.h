@@ -36,7 +36,7 @@ struct BsdfSample {
 /// is reciprocal unless it rises at grazing angles.
 class Bsdf {
 public:
-  using Lobes = std::array<std::optional<BsdfSample>, 3>; ///< coat, mirrored, passed
+  using Lobes = std::array<std::optional<BsdfSample>, 4>; ///< coat, mirrored, passed, scattered
 
   explicit Bsdf(const SurfaceMaterial& material);
 
@@ -54,11 +54,11 @@ public:
   /// The glossy lobes one by one, for renderers that follow each; empty where a lobe sends
   /// nothing. `u` of the unit square. What is met by more than one facet goes where the first one sends it; if that
   /// is below the surface, glass sends it to the mirror image of there, metal anywhere: right in sum, a little narrower
-  /// than glossy(). Without absorption the weights
-  /// of metal and glass add up to 1.
+  /// than glossy(). Of a metal so rough that this is much, it is a lobe of its own and goes anywhere. Without
+  /// absorption the weights of metal and glass add up to 1.
   Lobes sample_lobes(const glm::vec3& out, const glm::vec2& u) const;
   /// What sample_lobes() would say of a direction on the side of `out`, where it is no plane's: weight and density of
-  /// coat and mirrored; nothing of what passes, whose density it gives as 0.
+  /// coat and mirrored; nothing of what passes or is scattered, whose density it gives as 0.
   Lobes mirroring_lobes(const glm::vec3& out, const glm::vec3& in) const;
   /// Reflectance of the diffuse base seen from `out`, under light from everywhere: exactly f without glossy,
   /// integrated.

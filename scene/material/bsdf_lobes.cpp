@@ -11,6 +11,8 @@ namespace daylit {
 
 namespace {
 
+constexpr float kScattered = 0.04f; // of light from everywhere: from there on a lobe of its own
+
 /// Two numbers of the unit interval that look independent of `u` and of one another, where few of many samples ask.
 glm::vec2 scattered(const glm::vec2& u) {
   return glm::fract(glm::vec2(97.41f * u.x + 61.83f * u.y, 71.29f * u.x + 113.57f * u.y));
@@ -52,15 +54,20 @@ Bsdf::Lobes Bsdf::smooth_lobes(const glm::vec3& out) const {
 
 // Mirrored and refracted light share the facet, and what other facets stop of both goes along with it, turned to the
 // side where it comes out: in the mean over facets as much as rest_reflected() and rest_passed() send, of each facet
-// without colour all light that met it. What a metal would mirror below the surface goes anywhere, `u` says where.
-// What is turned has no density.
+// without colour all light that met it. What a metal would mirror below the surface goes anywhere, `u` says where, and
+// where it is much all that a metal mirrors more than once. What is turned has no density.
 void Bsdf::facet_lobes(const glm::vec3& up, const glm::vec3& h, int where, float below_coat, const glm::vec2& u,
                        Lobes& lobes) const {
   const float c = glm::dot(up, h), through = m_.metallic < 1.0f ? (1.0f - m_.metallic) * m_.transmission : 0.0f;
   const glm::vec3 reflection = 2.0f * c * h - up;
   const Facet sent = facet(c, where);
   const float mirrored = unstopped(facets_, up, reflection, 1.0f);
-  Rgb reflected = mirrored * sent.mirrored + (1.0f - mirrored) * m_.metallic * metal_rest_;
+  const Rgb rest = (1.0f - mirrored) * m_.metallic * metal_rest_;
+  const bool scatters =
+      mirror_rest_ * m_.metallic * std::max({metal_rest_.r, metal_rest_.g, metal_rest_.b}) > kScattered;
+  Rgb reflected = mirrored * sent.mirrored + (scatters ? Rgb(0.0f) : rest);
+  if (scatters && rest != Rgb(0.0f))
+    lobes[3] = BsdfSample{cosine_direction(scattered(u)), below_coat * rest, 0.0f, false};
   if (through > 0.0f) {
     const auto bent = solid_ ? refracted(up, h, where == 1 ? 1.0f / m_.ior : m_.ior) : std::nullopt;
     const glm::vec3 in = bent.value_or(mirrored_z(reflection));
@@ -115,6 +122,7 @@ Bsdf::Lobes Bsdf::mirroring_lobes(const glm::vec3& out, const glm::vec3& in) con
   const glm::vec3 h = glm::normalize(up + up_in);
   facet_lobes(up, h, side(out), below_coat(out), glm::vec2(0.0f), lobes);
   lobes[2].reset();
+  lobes[3].reset();
   if (coat_)
     coat_lobe(up, h, lobes);
   return seen_from(out, lobes);

@@ -115,33 +115,62 @@ TEST(bsdf, lobes_send_in_the_mean_what_the_surface_reflects_and_lets_through) {
     for (const float cosine : {0.9f, 0.3f, 0.1f, -0.2f, -0.7f}) {
       const glm::vec3 out = direction(cosine, 0.4f);
       constexpr std::uint32_t kCount = 1u << 13;
-      std::array<float, 3> sent{};
+      std::array<float, 4> sent{};
       for (std::uint32_t n = 0; n < kCount; ++n) {
         const auto lobes = bsdf.sample_lobes(out, glm::vec2(cube_point(n, kCount)));
-        for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t k = 0; k < 4; ++k)
           sent[k] += lobes[k] ? lobes[k]->weight.x / kCount : 0.0f;
       }
-      EXPECT_NEAR(sent[1], bsdf.reflected_albedo(out).x, 0.01f) << cosine;
+      EXPECT_NEAR(sent[1] + sent[3], bsdf.reflected_albedo(out).x, 0.01f) << cosine;
       EXPECT_NEAR(sent[2], bsdf.transmitted_albedo(out).x, 0.01f) << cosine;
     }
   }
 }
 
 TEST(bsdf, what_a_metal_would_mirror_below_the_surface_goes_anywhere) {
-  for (const SurfaceMaterial& m : {metal(0.6f), stretched(metal(0.5f), 0.8f)}) {
+  for (const auto& [m, k] :
+       {std::pair(metal(0.3f), 1u), std::pair(metal(0.6f), 3u), std::pair(stretched(metal(0.5f), 0.8f), 3u)}) {
     const Bsdf bsdf(m);
-    const glm::vec3 out = direction(0.3f, 0.8f);
+    const glm::vec3 out = direction(0.15f, 0.8f);
     glm::vec3 sum(0.0f);
     float found = 0.0f;
     constexpr std::uint32_t kCount = 1u << 14;
     for (std::uint32_t n = 0; n < kCount; ++n)
-      if (const auto lobe = bsdf.sample_lobes(out, glm::vec2(cube_point(n, kCount)))[1];
+      if (const auto lobe = bsdf.sample_lobes(out, glm::vec2(cube_point(n, kCount)))[k];
           lobe && lobe->density == 0.0f) {
         sum += lobe->direction;
         found += 1.0f;
       }
     ASSERT_GT(found, 200.0f);
     EXPECT_LT(glm::distance(sum / found, glm::vec3(0.0f, 0.0f, 2.0f / 3.0f)), 0.05f); // of a cosine's directions
+  }
+}
+
+/// Of light that falls off from the zenith to the horizon, and of light around the mirror direction.
+TEST(bsdf, lobes_of_rough_metals_find_as_much_of_uneven_light_as_their_brdf) {
+  constexpr std::uint32_t kCount = 1u << 14;
+  for (const SurfaceMaterial& m : {metal(0.3f), metal(0.7f), stretched(metal(0.35f), 0.8f)}) {
+    SurfaceMaterial steel = m;
+    steel.base_colour = Rgb(0.56f);
+    const Bsdf bsdf(steel);
+    for (const float cosine : {0.95f, 0.6f, 0.4f}) {
+      const glm::vec3 out = direction(cosine, 1.2f), mirror(-out.x, -out.y, out.z);
+      float lobes[2] = {}, brdf[2] = {};
+      const auto add = [&](const BsdfSample& s, float(&sum)[2]) {
+        sum[0] += s.weight.x * s.direction.z / kCount;
+        sum[1] += s.weight.x * std::pow(std::max(glm::dot(s.direction, mirror), 0.0f), 4.0f) / kCount;
+      };
+      for (std::uint32_t n = 0; n < kCount; ++n) {
+        const glm::vec3 u = cube_point(n, kCount);
+        for (const std::optional<BsdfSample>& lobe : bsdf.sample_lobes(out, glm::vec2(u)))
+          if (lobe)
+            add(*lobe, lobes);
+        if (const auto s = bsdf.sample_glossy(out, u))
+          add(*s, brdf);
+      }
+      for (const int k : {0, 1})
+        EXPECT_NEAR(lobes[k] / brdf[k], 1.0f, 0.02f) << cosine << ' ' << k;
+    }
   }
 }
 
