@@ -88,8 +88,9 @@ SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
           std::hypot(model.node_sun * std::pow(1024 / n, model.node_sun_exponent), model.compact_sun * compact_error)};
 }
 
-/// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations, scaled by how
-/// fast the calibration bake ran: its rays and products say nothing of the compression, which meets no surface.
+/// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations. Rays and
+/// products of probes are scaled by how fast those of the calibration bake ran, which says nothing of solver and
+/// compression: they meet no surface.
 double predicted_seconds(const CalibrationBake& calibration, const BakeWork& work, double visibility_rays,
                          double compact_error) {
   const bool fine = compact_error > 0;
@@ -109,7 +110,7 @@ double predicted_seconds(const CalibrationBake& calibration, const BakeWork& wor
   s += std::max(model.audit_elements * elements, 1.0) * measured("audit");
   s += measured("form factors") * std::pow(more, model.exchange_exponent) *
        std::pow(visibility_rays / calibration.visibility_rays, model.visibility_exponent);
-  s += speed * (model.ray_s * work.probes * work.gather_rays + model.solve_s * solve(work));
+  s += speed * model.ray_s * work.probes * work.gather_rays + model.solve_s * solve(work);
   return s + (fine ? model.compress_s * compression(work, compact_error) : speed * model.product_s * product(work));
 }
 

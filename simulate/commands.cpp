@@ -22,9 +22,9 @@ namespace daylit {
 
 namespace {
 
-void print_notes(const std::vector<std::string>& notes, bool quiet) {
-  for (std::size_t k = 0; !quiet && k < notes.size(); ++k)
-    std::fprintf(stderr, "%s\n", notes[k].c_str());
+void print_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
 }
 
 constexpr float kDifferenceGain = 4.0f;
@@ -118,7 +118,7 @@ Result<SkyLight> read_sky_of(const IrradianceArguments& a) {
   const auto opened = open_sky(arguments);
   if (!opened)
     return opened.error();
-  print_notes(opened->notes, a.quiet);
+  print_notes(opened->notes);
   const Sky& sky = opened->sky;
   return sky.image() ? SkyLight(sky.image()) : SkyLight(sky.described()->model());
 }
@@ -132,7 +132,7 @@ Result<TraceScene> read_scene(const IrradianceArguments& a) {
     return room.error();
   std::vector<std::string> notes;
   auto scene = TraceScene::of_room(room->room, *sky, nullptr, glm::dmat4(1.0), std::nullopt, &notes);
-  print_notes(notes, a.quiet);
+  print_notes(notes);
   return scene;
 }
 
@@ -254,7 +254,7 @@ Result<void> run_sky(const SkyCommandArguments& a) {
   const auto opened = open_sky(arguments);
   if (!opened)
     return opened.error();
-  print_notes(opened->notes, a.quiet);
+  print_notes(opened->notes);
   if (a.output.empty())
     return answer_directions(opened->sky, a.json);
   if (!opened->sky.described())

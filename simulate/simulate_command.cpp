@@ -172,9 +172,9 @@ void report(const InteriorPictures& p, double seconds, bool json) {
 
 namespace {
 
-void print_notes(const std::vector<std::string>& notes, bool quiet) {
-  for (std::size_t k = 0; !quiet && k < notes.size(); ++k)
-    std::fprintf(stderr, "%s\n", notes[k].c_str());
+void print_notes(const std::vector<std::string>& notes) {
+  for (const std::string& note : notes)
+    std::fprintf(stderr, "%s\n", note.c_str());
 }
 
 /// Called when there is something to write: a bad scene leaves no empty folder.
@@ -252,7 +252,7 @@ Result<Cameras> cameras_of(const SimulateConfig& c) {
 /// Once, when the inputs are known.
 Result<void> begin_output(const SimulateConfig& config, const SimulateArguments& a,
                           const std::vector<std::string>& warnings) {
-  print_notes(warnings, a.quiet);
+  print_notes(warnings);
   const auto made = make_folder(a.folder);
   return made ? check_outputs(config, a) : made;
 }
@@ -313,7 +313,7 @@ Result<void> run_simulate(const SimulateArguments& a) {
   const auto config = read_scene_config(a);
   if (!config)
     return config.error();
-  print_notes(config->sky_notes, a.quiet);
+  print_notes(config->sky_notes);
   const auto cameras = cameras_of(*config);
   if (!cameras)
     return cameras.error();

@@ -17,6 +17,8 @@ namespace {
 
 constexpr int kPacket = 16;
 constexpr double kWhole = 0.2; // cosine of half a cone's angle: wider ones are looked at as a whole hemisphere
+// Of the hemisphere, by its cosine: what covers at most so much needs half of the directions, or a quarter.
+constexpr double kSmall = 0.04, kTiny = 0.01;
 
 /// Where the directions towards one part come from.
 struct Cone {
@@ -51,10 +53,16 @@ struct Cone {
     const double side = std::sqrt(std::max(0.0, 1.0 - up * up));
     return side * p.cosine * basis.u + side * p.sine * basis.v + up * axis;
   }
+  /// How often the pattern's number of points is halved: r^2 / d^2 is the most that the sphere covers.
+  std::size_t halvings() const {
+    const double covers = cos_max > 0.0 ? 1.0 - cos_max * cos_max : 1.0;
+    return covers > kSmall ? 0 : covers > kTiny ? 1 : 2;
+  }
   /// cos dw of a direction at this cosine with the normal.
-  float weight(double cosine, std::size_t count) const {
+  float weight(double cosine, const DirectionPattern& pattern) const {
     const double all = 2.0 * std::numbers::pi * (1.0 - cos_max);
-    return static_cast<float>((whole ? std::numbers::pi : all * cosine) / static_cast<double>(count));
+    const auto count = static_cast<double>(pattern.points(halvings()).size());
+    return static_cast<float>((whole ? std::numbers::pi : all * cosine) / count);
   }
 };
 
@@ -90,25 +98,27 @@ struct Candidates {
 } // namespace
 
 /// A low-discrepancy set, shifted by (1/4, 1/4n) from phase to phase (Cranley & Patterson 1976).
-DirectionPattern::DirectionPattern(int count, int phase) {
-  for (int k = 0; k < count; ++k) {
-    const glm::dvec2 u = lattice_point(k, count);
-    const double part = static_cast<double>(phase) / kPhases, height = u.x + part - std::floor(u.x + part);
-    const double turn = 2.0 * std::numbers::pi * (u.y + part / count);
-    points_.push_back({height, std::cos(turn), std::sin(turn)});
+DirectionPattern::DirectionPattern(int most, int phase) {
+  for (int count = most; std::vector<Point> & points : points_) {
+    for (int k = 0; k < count; ++k) {
+      const glm::dvec2 u = lattice_point(k, count);
+      const double part = static_cast<double>(phase) / kPhases, height = u.x + part - std::floor(u.x + part);
+      const double turn = 2.0 * std::numbers::pi * (u.y + part / count);
+      points.push_back({height, std::cos(turn), std::sin(turn)});
+    }
+    count = (count + 1) / 2;
   }
 }
 
 namespace {
 
-/// `weight`: of a direction, none where it is not positive.
-template <class Weight>
 /// Sixteen directions at a time against the part, and those that meet it, sixteen at a time, against the room: what is
-/// behind, or that the room stands before the part.
+/// behind, or that the room stands before the part. `weight`: of a direction, none where it is not positive.
+template <class Weight>
 void look_at_part(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const SeenFrom& seen,
                   const glm::dvec3& x, const Cone& cone, const DirectionPattern& pattern, const Weight& weight,
                   std::vector<OccludedDirection>& covered) {
-  const std::span<const DirectionPattern::Point> points = pattern.points();
+  const std::span<const DirectionPattern::Point> points = pattern.points(cone.halvings());
   Candidates candidates;
   std::array<glm::dvec3, kPacket> directions;
   std::array<float, kPacket> weights;
@@ -159,7 +169,7 @@ void find_occluded(const RayScene& room, const RoomPatches& patches, const Place
     const Cone cone(parts.sphere(part), x, n);
     const auto weight = [&](const glm::dvec3& w) {
       const double cosine = glm::dot(n, w);
-      return cosine > 0.0 ? cone.weight(cosine, pattern.points().size()) : 0.0f;
+      return cosine > 0.0 ? cone.weight(cosine, pattern) : 0.0f;
     };
     look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
   }
@@ -174,7 +184,7 @@ void find_others(const RayScene& room, const RoomPatches& patches, const PlacedP
     const Cone cone(parts.sphere(part), x, n);
     const auto weight = [&](const glm::dvec3& w) {
       const float cosine = visible(glm::vec3(w));
-      return cosine > 0.0f ? cone.weight(static_cast<double>(cosine), pattern.points().size()) : 0.0f;
+      return cosine > 0.0f ? cone.weight(static_cast<double>(cosine), pattern) : 0.0f;
     };
     look_at_part(room, patches, parts, {part, own}, x, cone, pattern, weight, covered);
   }
@@ -203,8 +213,8 @@ void find_occluded_by(const RayScene& room, const RoomPatches& patches, const Pl
                       const glm::dvec3& x, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
   const Cone cone(parts.sphere(seen.part), x);
   look_at_part(
-      room, patches, parts, seen, x, cone, pattern,
-      [&](const glm::dvec3&) { return cone.weight(1.0, pattern.points().size()); }, covered);
+      room, patches, parts, seen, x, cone, pattern, [&](const glm::dvec3&) { return cone.weight(1.0, pattern); },
+      covered);
 }
 
 } // namespace daylit

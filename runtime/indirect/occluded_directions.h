@@ -31,7 +31,7 @@ struct OccludedDirection {
   glm::dvec3 position{0.0};    ///< behind it; of the sky any point in the direction
 };
 
-/// Points spread evenly over the unit square, as what directions in a cone are made of.
+/// Points spread evenly over the unit square, as what directions in a cone are made of; sets of fewer, too.
 class DirectionPattern {
 public:
   static constexpr int kPhases = 4; ///< patterns that fill each other's gaps
@@ -39,10 +39,11 @@ public:
   struct Point {
     double height = 0.0, cosine = 1.0, sine = 0.0; ///< first coordinate; of the angle that the second stands for
   };
-  std::span<const Point> points() const { return points_; }
+  /// Half as many as often as that, at most twice.
+  std::span<const Point> points(std::size_t halvings = 0) const { return points_[halvings]; }
 
 private:
-  std::vector<Point> points_;
+  std::array<std::vector<Point>, 3> points_;
 };
 
 /// Looks in the directions of the pattern, spread over the cone of each part's bounding sphere, as a point x with
