@@ -103,7 +103,7 @@ public:
   /// The same without cells and with `rays` rays per object: the slow twin.
   IndirectChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;
   /// Irradiance of x with the objects there, from all but the sun; past the room and past them. From cells.
-  Rgb irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  RoomIrradiance irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// What every vertex of the objects sends to both sides, as a diffuse surface of its reflectance.
   std::span<const TwoSided> sent() const;
   /// Irradiance from the sun at x, past the room without the objects.

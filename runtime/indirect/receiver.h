@@ -24,6 +24,11 @@ struct IndirectChange {
   Rgb before{0.0f};     ///< irradiance without the objects, sun excepted
 };
 
+/// Of a point of the room, with the objects there and without.
+struct RoomIrradiance {
+  Rgb now{0.0f}, before{0.0f};
+};
+
 /// What does not depend on the light.
 struct Receiver {
   /// A vertex of an object that sends light here.

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/receiver_state.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit {
 
@@ -208,22 +210,44 @@ ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Foun
 }
 
 /// In cells of r/8 or wider where nothing is near: what an object sees is narrower only where it touches the room.
-ReceiverLattice::Link ReceiverLattice::State::link(std::uint32_t triangle, const glm::dvec3& x,
-                                                   const glm::dvec3& direction, double radii_away) const {
-  const Place place{triangle, scene.facing_of(triangle, direction), x};
+ReceiverLattice::Link ReceiverLattice::State::link(const Place& place, double radii_away) const {
   for (std::size_t level = 0; level < kContactLevels; ++level) {
     // A surface may pass between the corners of any such cell: its distance, 0, is not looked for.
     const Link near = radii_away < 2.0 * kLevels[level].cell ? link(level, find(level, place), place) : Link{};
     if (std::ranges::any_of(near.weight, [](float w) { return w > 0.0f; }))
       return near;
   }
-  const std::size_t level = level_mix(kContactLevels, scene.smallest_radii_away(x)).level;
+  const std::size_t level = level_mix(kContactLevels, scene.smallest_radii_away(place.x)).level;
   return link(level, find(level, place), place);
+}
+
+/// Without the objects, between the corners: E = E_indirect + V_window E_sky.
+bool ReceiverLattice::State::is_even(const ReceiverCell& cell) const {
+  float least = std::numeric_limits<float>::infinity(), most = 0.0f;
+  for (Node* node : cell.corner) {
+    const RoomPoint& light = current_light(*node);
+    const float e = luminance(light.indirect_irradiance + window_visibility(*node) * light.open_sky_irradiance);
+    least = std::min(least, e);
+    most = std::max(most, e);
+  }
+  return most <= kMostStep * least;
+}
+
+/// In the widest cell whose corners all lie in the same air and are about as bright: beside windows, in reveals, above
+/// furniture and along edges it is a narrow one.
+ReceiverLattice::Link ReceiverLattice::State::link_in_even_cell(const Place& place) const {
+  std::size_t level = level_mix(kContactLevels, scene.smallest_radii_away(place.x)).level;
+  for (;; --level) {
+    const Found found = find(level, place);
+    if (level == kContactLevels || lattices[level].cell_m <= kNarrowestCell_m ||
+        (found.cell->open && is_even(*found.cell)))
+      return link(level, found, place);
+  }
 }
 
 ReceiverLattice::Link ReceiverLattice::link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
                                             double radii_away) const {
-  return state_->link(triangle, x, direction, radii_away);
+  return state_->link({triangle, state_->scene.facing_of(triangle, direction), x}, radii_away);
 }
 
 std::size_t ReceiverLattice::node_count() const { return state_->nodes_made; }
@@ -233,28 +257,33 @@ Rgb ReceiverLattice::whole_change(Node& node, bool sun_too) const { return state
 
 /// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -
 /// V_blocked E_sky.
-Rgb ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
-                                            const glm::dvec3& direction) const {
+RoomIrradiance ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
+                                                       const glm::dvec3& direction) const {
   const State& s = *state_;
   const bool with_objects = s.scene.radii_away(x) < kSeenRadii;
-  const Link around = link(triangle, x, direction, with_objects && near(x) ? kMirrorRadii : kSeenRadii);
-  Rgb sum(0.0f);
+  const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
+  const Link around = with_objects && near(x) ? s.link(place, kMirrorRadii) : s.link_in_even_cell(place);
+  RoomIrradiance sum;
   float whole = 0.0f;
   for (std::size_t k = 0; k < 4; ++k) {
     if (around.weight[k] == 0.0f)
       continue;
     Node& node = *around.node[k];
     const RoomPoint& light = s.current_light(node);
-    const float seen = s.window_visibility(node) - (with_objects ? s.current_blocked(node) : 0.0f);
-    const Rgb change = with_objects ? s.current(node).irradiance : Rgb(0.0f);
-    sum += around.weight[k] * (light.indirect_irradiance + std::max(seen, 0.0f) * light.open_sky_irradiance + change);
+    const float visible = s.window_visibility(node), blocked = with_objects ? s.current_blocked(node) : 0.0f;
+    const Rgb before = light.indirect_irradiance + visible * light.open_sky_irradiance,
+              change = with_objects ? s.current(node).irradiance : Rgb(0.0f);
+    sum.before += around.weight[k] * before;
+    sum.now += around.weight[k] * (before + change - std::min(blocked, visible) * light.open_sky_irradiance);
     whole += around.weight[k];
   }
   if (whole > 0.0f)
-    return glm::max(sum, Rgb(0.0f));
+    return {glm::max(sum.now, Rgb(0.0f)), sum.before};
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
-  return here.indirect_irradiance + s.scene.windows.visible_fraction(x + kAirGap_m * n, n) * here.open_sky_irradiance;
+  const Rgb all =
+      here.indirect_irradiance + s.scene.windows.visible_fraction(x + kAirGap_m * n, n) * here.open_sky_irradiance;
+  return {all, all};
 }
 
 } // namespace daylit

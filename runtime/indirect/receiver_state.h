@@ -70,7 +70,9 @@ struct ReceiverLattice::State {
   double distance(const Found& found) const;
   std::array<float, 4> weights(std::size_t level, const Found& found, const Place& place) const;
   Link link(std::size_t level, const Found& found, const Place& place) const;
-  Link link(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, double radii_away) const;
+  Link link(const Place& place, double radii_away) const;
+  bool is_even(const ReceiverCell& cell) const;
+  Link link_in_even_cell(const Place& place) const;
   std::vector<ChangedSurface> changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
                                                const DirectionPattern& pattern) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;

@@ -52,7 +52,7 @@ std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::
                                                                      const DirectionPattern& pattern) const {
   return find_changed_surfaces(scene, air, n, pattern,
                                [this](auto triangle, const auto& x, const auto& direction, double radii_away) {
-                                 return link(triangle, x, direction, radii_away);
+                                 return link({triangle, scene.facing_of(triangle, direction), x}, radii_away);
                                });
 }
 

@@ -25,7 +25,8 @@ struct GlossySettings {
   int most_depth = 8; ///< rays one after the other, after the camera's; the last one meets the room alone
   /// Of its light to the camera: a branch that brings less is left out, a brighter one beside it takes over its light.
   float least_importance = 0.02f;
-  float least_inside = 0.05f; ///< the same inside of an object, from the third surface on
+  float least_inside = 0.035f; ///< the same inside of an object, from the third surface on
+  float least_first = 0.004f;  ///< the same of what the camera sees itself: a window is far brighter than the room
   /// Surroundings of objects: where there are some, a look-up for each lobe stands for the rays of the camera's points.
   const ObjectMaps* maps = nullptr;
 };

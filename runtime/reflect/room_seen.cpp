@@ -20,18 +20,19 @@ namespace {
 // Seen at a flatter angle, a pixel of the photograph stands for too long a piece of the surface.
 constexpr double kFlattest = 0.05; // cosine
 constexpr double kSampled = 0.8;   // of the disc's radius
+constexpr float kMostChange = 4.0f; // of the light of a point by the objects, where the photograph shows it without them
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 } // namespace
 
 PhotographedRoom::PhotographedRoom(const Composite& composite, const RenderCamera& camera, const LensModel& lens,
-                                   const PhotoScale& scale, float white)
+                                   const PhotoScale& scale, float white, const PhotoPixels* photo)
     : composite_(composite), camera_(camera), lens_(lens),
       camera_from_world_(glm::transpose(glm::dmat3(camera.world_from_camera))),
       radiance_from_photo_(glm::inverse(scale.scale * scale.colour_matrix)),
       scale_x_(lens.width_px > 0 ? static_cast<double>(camera.photo_width_px) / lens.width_px : 1.0),
-      scale_y_(lens.height_px > 0 ? static_cast<double>(camera.photo_height_px) / lens.height_px : 1.0), white_(white) {
-}
+      scale_y_(lens.height_px > 0 ? static_cast<double>(camera.photo_height_px) / lens.height_px : 1.0), white_(white),
+      photo_(photo) {}
 
 /// In the picture, where there are pixels on all sides to interpolate between.
 std::optional<glm::dvec2> PhotographedRoom::pixel_of(const glm::dvec3& x) const {
@@ -56,7 +57,8 @@ Rgb PhotographedRoom::from_photo(const Rgb& value) const {
   return glm::max(Rgb(radiance_from_photo_ * glm::dvec3(value)), Rgb(0.0f));
 }
 
-std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+template <class Value>
+std::optional<Rgb> PhotographedRoom::between_pixels(const glm::dvec3& x, const Value& value) const {
   const auto p = pixel_of(x);
   if (!p)
     return std::nullopt;
@@ -68,11 +70,25 @@ std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   Rgb sum(0.0f);
   for (int k = 0; k < 4; ++k) {
-    if (!is_known(four[k]))
+    const std::optional<Rgb> pixel = value(four[k]);
+    if (!pixel)
       return std::nullopt;
-    sum += weight[k] * composite_.picture.texels[four[k]];
+    sum += weight[k] * *pixel;
   }
   return from_photo(sum);
+}
+
+std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+  return between_pixels(x, [&](std::size_t i) {
+    return is_known(i) ? std::optional(composite_.picture.texels[i]) : std::nullopt;
+  });
+}
+
+std::optional<Rgb> PhotographedRoom::behind_objects(const glm::dvec3& x) const {
+  return !photo_ ? std::nullopt : between_pixels(x, [&](std::size_t i) {
+    const Rgb pixel = (*photo_)[i];
+    return std::max({pixel.r, pixel.g, pixel.b}) < white_ ? std::optional(pixel) : std::nullopt;
+  });
 }
 
 std::optional<Rgb> PhotographedRoom::nearest(const glm::dvec3& x) const {
@@ -115,9 +131,10 @@ std::optional<Rgb> RoomSeen::thing_radiance(const RoomRay& r, double distance) c
   return seen ? seen : photograph->nearest(x);
 }
 
-/// The photograph where the way from there to the camera is free, else what is computed.
+/// The photograph where the way from there to the camera is free, else what is computed. Behind an object it is as it
+/// was without the objects, and what they change is computed.
 void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
-  std::uint32_t computed_rays = 0, photographed = 0;
+  std::uint32_t computed_rays = 0, photographed = 0, covered = 0;
   std::array<glm::dvec3, kRayBatch> x;
   for (std::size_t k = 0; k < batch.size(); ++k) {
     RoomRay& r = batch[k];
@@ -126,27 +143,35 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
       r.radiance = outside(r);
     else if (r.end->triangle == kUnknownTriangle)
       r.radiance = thing_radiance(r, r.end->distance).value_or(Rgb(0.0f));
-    else if (const auto seen = photographed_at(r, x[k])) {
+    else if (!is_photographed(r, x[k]))
+      computed_rays |= 1u << k;
+    else if (const auto seen = photograph->radiance(x[k])) {
       r.radiance = *seen;
       photographed |= 1u << k;
+    } else if (const auto behind = photograph->behind_objects(x[k])) {
+      r.radiance = *behind;
+      covered |= 1u << k;
     } else
       computed_rays |= 1u << k;
   }
-  computed_rays |= hidden_from_camera(batch, x, photographed);
+  const std::uint32_t hidden = hidden_from_camera(batch, x, photographed | covered);
+  computed_rays |= hidden;
+  for (std::uint32_t left = covered & ~hidden; left; left &= left - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(left));
+    batch[k].radiance *= change(batch[k], x[k]);
+  }
   for (std::uint32_t left = computed_rays; left; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
     batch[k].radiance = computed(batch[k], x[k]);
   }
 }
 
-/// What the photograph shows in the direction of x, whatever of the room stands before it.
-std::optional<Rgb> RoomSeen::photographed_at(const RoomRay& r, const glm::dvec3& x) const {
+/// Does the photograph say its radiance, unless something stands before it?
+bool RoomSeen::is_photographed(const RoomRay& r, const glm::dvec3& x) const {
   if (!photograph || (things && things->hide(x)))
-    return std::nullopt;
+    return false;
   const glm::dvec3 to_eye = photograph->eye() - x;
-  if (glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), to_eye) <= kFlattest * glm::length(to_eye))
-    return std::nullopt;
-  return photograph->radiance(x);
+  return glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), to_eye) > kFlattest * glm::length(to_eye);
 }
 
 /// Those of `asked` whose end the room hides from the camera.
@@ -184,25 +209,40 @@ Rgb RoomSeen::outside(const RoomRay& r) const {
   return out * windows.met(r.ray.origin, direction, std::numeric_limits<double>::infinity()).transmittance;
 }
 
-/// L = rho / pi E.
-Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
+RoomIrradiance RoomSeen::irradiance(const RoomRay& r, const glm::dvec3& x) const {
   const std::uint32_t triangle = r.end->triangle;
   const glm::dvec3 direction(r.ray.direction);
-  const Rgb& reflectance = room.material(room.triangles[triangle]).reflectance;
-  Rgb irradiance;
-  if (shadow && !r.past_objects) {
-    irradiance = shadow->irradiance_without_sun(triangle, x, direction);
-    if (sun) {
-      const glm::dvec3 n = light.normal(triangle, direction);
-      const double cosine = glm::dot(n, sun->direction);
-      if (cosine > 0.0)
-        irradiance += static_cast<float>(cosine) * sun_at(x + kAirGap_m * n);
-    }
-  } else {
+  if (!shadow || r.past_objects) {
     const RoomPoint point = light.at_surface(triangle, x, direction);
-    irradiance = point.indirect_irradiance + point.open_sky_irradiance;
+    const Rgb all = point.indirect_irradiance + point.open_sky_irradiance;
+    return {all, all};
   }
-  return reflectance * irradiance * std::numbers::inv_pi_v<float>;
+  RoomIrradiance e = shadow->irradiance_without_sun(triangle, x, direction);
+  const glm::dvec3 n = light.normal(triangle, direction);
+  if (const double cosine = sun ? glm::dot(n, sun->direction) : 0.0; cosine > 0.0) {
+    const glm::dvec3 air = x + kAirGap_m * n;
+    const Rgb arrives = static_cast<float>(cosine) * sun->normal_irradiance * passes_room(air, sun->direction);
+    e.before += arrives;
+    if (arrives != Rgb(0.0f))
+      e.now += arrives * objects.transmittance({air, glm::vec3(sun->direction)}, kFar_m);
+  }
+  return e;
+}
+
+/// L = rho / pi E.
+Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
+  const Rgb& reflectance = room.material(room.triangles[r.end->triangle]).reflectance;
+  return reflectance * irradiance(r, x).now * std::numbers::inv_pi_v<float>;
+}
+
+/// E with the objects / E without.
+Rgb RoomSeen::change(const RoomRay& r, const glm::dvec3& x) const {
+  const RoomIrradiance e = irradiance(r, x);
+  Rgb factor(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (e.before[c] > 0.0f)
+      factor[c] = std::min(e.now[c] / e.before[c], kMostChange);
+  return factor;
 }
 
 Rgb RoomSeen::arrives_from(const glm::dvec3& x, const glm::dvec3& direction) const {

@@ -24,13 +24,15 @@ namespace daylit {
 class PhotographedRoom {
 public:
   /// Keeps references to all. `white`: from which value on a pixel of the photograph says nothing but that it is
-  /// bright.
+  /// bright. `photo`: without the objects; null: behind them nothing is seen.
   PhotographedRoom(const Composite& composite, const RenderCamera& camera, const LensModel& lens,
-                   const PhotoScale& scale, float white);
+                   const PhotoScale& scale, float white, const PhotoPixels* photo = nullptr);
 
   /// Radiance of world point x, bilinear. Empty where it lies outside the picture, behind an object in it, or where the
   /// picture is white. What of the room stands before x is not looked at.
   std::optional<Rgb> radiance(const glm::dvec3& x) const;
+  /// The same where an object covers it, as it is without the objects.
+  std::optional<Rgb> behind_objects(const glm::dvec3& x) const;
   /// The same of the nearest pixel alone: at the edge of a thing that stands before an object.
   std::optional<Rgb> nearest(const glm::dvec3& x) const;
   glm::dvec3 eye() const { return camera_.eye(); }
@@ -38,6 +40,9 @@ public:
 private:
   std::optional<glm::dvec2> pixel_of(const glm::dvec3& x) const;
   bool is_known(std::size_t pixel) const;
+  /// Bilinear between four pixels; empty where one has no value.
+  template <class Value>
+  std::optional<Rgb> between_pixels(const glm::dvec3& x, const Value& value) const;
   Rgb from_photo(const Rgb& value) const;
 
   const Composite& composite_;
@@ -46,6 +51,7 @@ private:
   glm::dmat3 camera_from_world_{1.0}, radiance_from_photo_{1.0};
   double scale_x_ = 1.0, scale_y_ = 1.0; ///< of the photograph over the lens's calibration
   float white_ = 1.0f;
+  const PhotoPixels* photo_ = nullptr;
 };
 
 /// Where a ray ends in the room.
@@ -97,10 +103,12 @@ private:
   std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
   Rgb passes_room(const glm::dvec3& x, const glm::dvec3& direction) const;
-  std::optional<Rgb> photographed_at(const RoomRay& ray, const glm::dvec3& x) const;
+  bool is_photographed(const RoomRay& ray, const glm::dvec3& x) const;
   std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
                                    std::uint32_t asked) const;
+  RoomIrradiance irradiance(const RoomRay& ray, const glm::dvec3& x) const;
   Rgb computed(const RoomRay& ray, const glm::dvec3& x) const;
+  Rgb change(const RoomRay& ray, const glm::dvec3& x) const;
 };
 
 } // namespace daylit

@@ -141,7 +141,7 @@ Result<void> PictureStage::update_maps(const PictureToChange& picture, const Pic
 Result<void> PictureStage::add_glossy(const PictureToChange& picture, const PictureInputs& in, const PhotoScale& scale,
                                       const ObjectRays& objects, const ThingLayer* things, Composite& result,
                                       FrameReport& report) {
-  const PhotographedRoom photograph(result, *in.camera, in.lens, scale, picture.photo.white());
+  const PhotographedRoom photograph(result, *in.camera, in.lens, scale, picture.photo.white(), &picture.photo);
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
   const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
                       in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};

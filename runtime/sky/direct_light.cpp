@@ -16,6 +16,8 @@ namespace {
 constexpr double kCellFraction = 0.125; // of the distance to the object
 constexpr int kMinDivisions = 6, kMaxDivisions = 24;
 constexpr int kCellBudget = 1000; // in all; what the shaders hold
+constexpr int kMostCuts = 8;      // of a close cell
+constexpr double kMost_sr = 0.25; // that a part may seem to fill: closer to its middle it is not a point
 
 /// `count` directions over the disc, each with E / count; none when the disc misses the portal clip planes.
 std::vector<DirectionalLight> sample_sun(const DetectedSun& sun, const WindowCone& cone, int count) {
@@ -66,7 +68,8 @@ void append_cells(const Patch& patch, const Aperture& aperture, int divisions, s
       const double area = glm::length(glm::cross(ds, dt)) / (divisions * divisions);
       if (area > 0.0)
         cells.push_back({patch.corner + s * patch.side_a + t * patch.side_b + s * t * patch.twist, aperture.inward,
-                         area, 0, aperture.transmittance, aperture.refractive_index});
+                         ds / double(divisions), dt / double(divisions), area, 0, aperture.transmittance,
+                         aperture.refractive_index});
     }
 }
 
@@ -131,20 +134,55 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
   return cells;
 }
 
-/// E(x, n) = sum over the cells of L(w) tau cos_cell cos_receiver A / r^2: the form factor of a small facet (Cohen &
-/// Wallace 1993, ch. 4) times pi, by midpoints. Cosines and r are folded: facing receiving A / r^4.
+namespace {
+
+/// E(x, n) of one cell = L(w) tau cos_cell cos_receiver A / r^2: the form factor of a small facet (Cohen & Wallace
+/// 1993, ch. 4) times pi, by its middle.
+Rgb through_middle(const ApertureCell& cell, const SkyMap& map, const glm::dvec3& x, const glm::dvec3& n) {
+  const glm::dvec3 d = cell.centre - x;
+  const double r2 = glm::dot(d, d), r = std::sqrt(r2);
+  const double facing = -glm::dot(cell.inward, d), receiving = glm::dot(n, d);
+  if (facing <= 0.0 || receiving <= 0.0)
+    return Rgb(0.0f);
+  const double projected_sr = std::min(facing * receiving * cell.area_m2 / (r2 * r2), kMost_sr);
+  return static_cast<float>(projected_sr) * through(cell, facing / r) * Rgb(map.interpolate(d / r));
+}
+
+Rgb through_parts(const ApertureCell& cell, std::span<const SkyMap> pyramid, const glm::dvec3& x, const glm::dvec3& n,
+                  int cuts) {
+  if (cuts == 0 || !is_close(cell, x)) {
+    const glm::dvec3 d = cell.centre - x;
+    const double r2 = std::max(glm::dot(d, d), 1e-12);
+    const int level = pyramid_level(pyramid, d / std::sqrt(r2), std::fabs(glm::dot(cell.inward, d)) * cell.area_m2 /
+                                                                    (r2 * std::sqrt(r2)));
+    return through_middle(cell, pyramid[static_cast<std::size_t>(level)], x, n);
+  }
+  ApertureCell part = cell;
+  part.side_a *= 0.5;
+  part.side_b *= 0.5;
+  part.area_m2 *= 0.25;
+  Rgb sum(0.0f);
+  for (const double a : {-0.5, 0.5})
+    for (const double b : {-0.5, 0.5}) {
+      part.centre = cell.centre + a * part.side_a + b * part.side_b;
+      sum += through_parts(part, pyramid, x, n, cuts - 1);
+    }
+  return sum;
+}
+
+} // namespace
+
+Rgb irradiance_through(const ApertureCell& cell, std::span<const SkyMap> pyramid, const glm::dvec3& x,
+                       const glm::dvec3& n) {
+  return is_close(cell, x) ? through_parts(cell, pyramid, x, n, kMostCuts)
+                           : through_middle(cell, pyramid[static_cast<std::size_t>(cell.level)], x, n);
+}
+
 Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n) {
   glm::dvec3 sum(0.0);
-  for (const ApertureCell& cell : cells) {
-    const glm::dvec3 d = cell.centre - x;
-    const double r2 = glm::dot(d, d), r = std::sqrt(r2);
-    const double facing = -glm::dot(cell.inward, d), receiving = glm::dot(n, d);
-    if (facing <= 0.0 || receiving <= 0.0)
-      continue;
-    sum += facing * receiving * cell.area_m2 / (r2 * r2) *
-           glm::dvec3(through(cell, facing / r) * pyramid[cell.level].interpolate(d / r));
-  }
+  for (const ApertureCell& cell : cells)
+    sum += glm::dvec3(irradiance_through(cell, pyramid, x, n));
   return Rgb(sum);
 }
 

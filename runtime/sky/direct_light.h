@@ -9,9 +9,11 @@
 // only decide which fraction of it is blocked: an unblocked point is free of sampling error (a ratio estimator of
 // equation 7 in Grosch et al. 2007, which has sum_j e_j V_j alone).
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
 #include "runtime/sky/sky_map.h"
@@ -41,6 +43,7 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
 struct ApertureCell {
   glm::dvec3 centre{0.0}; ///< world metres
   glm::dvec3 inward{0.0}; ///< unit
+  glm::dvec3 side_a{0.0}, side_b{0.0}; ///< of it as a parallelogram, metres
   double area_m2 = 0.0;
   int level = 0;           ///< of the sky pyramid, whose texels are about as large as the cell seen from the object
   Rgb transmittance{1.0f}; ///< of all apertures that a ray from the object through this cell crosses, divided by
@@ -54,6 +57,15 @@ struct ApertureCell {
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid);
 
+/// From x, no further away than two of its sides: its middle does not stand for all of the cell.
+inline bool is_close(const ApertureCell& cell, const glm::dvec3& x) {
+  const glm::dvec3 d = cell.centre - x;
+  const double side2 = std::max(glm::dot(cell.side_a, cell.side_a), glm::dot(cell.side_b, cell.side_b));
+  return glm::dot(d, d) < 4.0 * side2;
+}
+/// Unshadowed irradiance through one cell, cut in four as long as its parts are close, at x with unit normal n.
+Rgb irradiance_through(const ApertureCell& cell, std::span<const SkyMap> pyramid, const glm::dvec3& x,
+                       const glm::dvec3& n);
 /// `pyramid`: sky_map_pyramid(). Unshadowed irradiance from the sky through the apertures at x with unit normal n.
 Rgb open_sky_irradiance(std::span<const SkyMap> pyramid, std::span<const ApertureCell> cells, const glm::dvec3& x,
                         const glm::dvec3& n);

@@ -24,7 +24,8 @@ struct Batch {
   std::vector<Rgb> irradiance;
 };
 
-/// E = sum over the cells of weight x transmittance x L, the sky looked up for each of the sixteen points.
+/// E = sum over the cells of weight x transmittance x L, the sky looked up for each of the sixteen points. Close cells
+/// one by one.
 void gather(Batch& batch, std::size_t first) {
   const std::size_t count = std::min<std::size_t>(kLanes, batch.points.size() - first);
   Receivers receivers;
@@ -36,9 +37,13 @@ void gather(Batch& batch, std::size_t first) {
   for (const ApertureCell& cell : batch.cells) {
     const SkyMap& map = batch.pyramid[cell.level];
     view_cell(CellConstants(cell, map, batch.origin), receivers, view);
-    for (std::size_t k = 0; k < count; ++k)
-      if (view.weight[k] > 0.0f)
-        batch.irradiance[first + k] += view.weight[k] * cell.transmittance * interpolate(map, view.u[k], view.v[k]);
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = first + k;
+      if (const glm::dvec3 x = batch.origin + glm::dvec3(batch.points[i]); is_close(cell, x))
+        batch.irradiance[i] += irradiance_through(cell, batch.pyramid, x, glm::dvec3(batch.normals[i]));
+      else if (view.weight[k] > 0.0f)
+        batch.irradiance[i] += view.weight[k] * cell.transmittance * interpolate(map, view.u[k], view.v[k]);
+    }
   }
 }
 
