@@ -23,7 +23,6 @@ constexpr int kSamples = 4;
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
 constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
-constexpr float kSteep = 0.6f; // a step so large is traced again, at four places of each pixel
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
@@ -53,7 +52,6 @@ struct GlossyPixel {
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
   float samples = 0.0f;         ///< rays of the camera that met an object, whose light is summed up here
-  bool again = false;           ///< traced again, at several places
 
   void average() {
     diffuse /= std::max(samples, 1.0f);
@@ -89,11 +87,6 @@ public:
   GlossyCounts paint(const PhotoScale& scale) {
     pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
     for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
-    const std::vector<std::uint8_t> steep = find_steep();
-    for_pixels([&](int x, int y, Queue& queue) {
-      if (steep[in_box(x, y)])
-        trace_again(x, y, queue);
-    });
     std::atomic<std::uint64_t> count = 0;
     parallel_for(box_.y0, box_.y1, [&](int y) { count += write_row(y, scale); });
     return {count, ray_count_};
@@ -149,7 +142,7 @@ private:
   }
   /// Of what a narrow lobe shows.
   using Light = Rgb GlossyPixel::*;
-  bool is_edge(int x, int y, const GlossyPixel& p, Light light, float step) const {
+  bool is_edge(int x, int y, const GlossyPixel& p, Light light) const {
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
                                                 glm::ivec2(0, -1)};
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
@@ -157,25 +150,8 @@ private:
         return false;
       const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
       const float a = luminance(p.*light), b = luminance(q.*light);
-      return q.part != kNoPart && std::fabs(a - b) > step * std::max(a, b);
+      return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
     });
-  }
-
-  /// Pixels inside an object in which a narrow lobe may show the edge of a window, or a whole one.
-  std::vector<std::uint8_t> find_steep() const {
-    std::vector<std::uint8_t> steep(pixels_.size(), 0);
-    parallel_for(box_.y0, box_.y1, [&](int y) {
-      for (int x = box_.x0; x < box_.x1; ++x) {
-        const GlossyPixel& p = pixels_[in_box(x, y)];
-        steep[in_box(x, y)] = p.part != kNoPart && p.alpha < kWideAlpha && composite_.coverage[index(x, y)] >= 1.0f &&
-                              is_edge(x, y, p, &GlossyPixel::radiance, kSteep);
-      }
-    });
-    return steep;
-  }
-  void trace_again(int x, int y, Queue& queue) {
-    pixels_[in_box(x, y)] = {.again = true};
-    add_four(x, y, queue);
   }
 
   void add(int x, int y, Queue& queue) {
@@ -298,7 +274,7 @@ private:
     return with_smooth_edges(x, y, p, &GlossyPixel::radiance);
   }
   Rgb with_smooth_edges(int x, int y, const GlossyPixel& p, Light light) const {
-    if (p.again || composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p, light, kEdge))
+    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p, light))
       return p.*light;
     return mean_around(
         x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; },

@@ -145,7 +145,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   std::array<std::size_t, 4> order{0, 1, 2, 3};
   std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
   const std::size_t first = work.next.size();
-  const float least = from.depth == 0                                ? settings_.least_first
+  const float least = from.depth == 0                               ? settings_.least_first
                       : from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside
                                                                     : settings_.least_importance;
   Rgb left_out(0.0f), runs_on(0.0f);

@@ -20,7 +20,8 @@ namespace {
 // Seen at a flatter angle, a pixel of the photograph stands for too long a piece of the surface.
 constexpr double kFlattest = 0.05; // cosine
 constexpr double kSampled = 0.8;   // of the disc's radius
-constexpr float kMostChange = 4.0f; // of the light of a point by the objects, where the photograph shows it without them
+constexpr float kMostChange =
+    4.0f; // of the light of a point by the objects, where the photograph shows it without them
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 } // namespace
@@ -79,9 +80,8 @@ std::optional<Rgb> PhotographedRoom::between_pixels(const glm::dvec3& x, const V
 }
 
 std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
-  return between_pixels(x, [&](std::size_t i) {
-    return is_known(i) ? std::optional(composite_.picture.texels[i]) : std::nullopt;
-  });
+  return between_pixels(
+      x, [&](std::size_t i) { return is_known(i) ? std::optional(composite_.picture.texels[i]) : std::nullopt; });
 }
 
 std::optional<Rgb> PhotographedRoom::behind_objects(const glm::dvec3& x) const {
@@ -237,6 +237,10 @@ Rgb RoomSeen::computed(const RoomRay& r, const glm::dvec3& x) const {
 
 /// E with the objects / E without.
 Rgb RoomSeen::change(const RoomRay& r, const glm::dvec3& x) const {
+  const bool may_shade =
+      sun && glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), sun->direction) > 0.0;
+  if (!shadow || (!may_shade && !shadow->affects(x)))
+    return Rgb(1.0f);
   const RoomIrradiance e = irradiance(r, x);
   Rgb factor(1.0f);
   for (int c = 0; c < 3; ++c)

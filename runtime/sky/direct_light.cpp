@@ -148,13 +148,18 @@ Rgb through_middle(const ApertureCell& cell, const SkyMap& map, const glm::dvec3
   return static_cast<float>(projected_sr) * through(cell, facing / r) * Rgb(map.interpolate(d / r));
 }
 
+bool is_close(const ApertureCell& cell, const glm::dvec3& x) {
+  const glm::dvec3 d = cell.centre - x;
+  return glm::dot(d, d) < close2(cell);
+}
+
 Rgb through_parts(const ApertureCell& cell, std::span<const SkyMap> pyramid, const glm::dvec3& x, const glm::dvec3& n,
                   int cuts) {
   if (cuts == 0 || !is_close(cell, x)) {
     const glm::dvec3 d = cell.centre - x;
     const double r2 = std::max(glm::dot(d, d), 1e-12);
-    const int level = pyramid_level(pyramid, d / std::sqrt(r2), std::fabs(glm::dot(cell.inward, d)) * cell.area_m2 /
-                                                                    (r2 * std::sqrt(r2)));
+    const int level = pyramid_level(pyramid, d / std::sqrt(r2),
+                                    std::fabs(glm::dot(cell.inward, d)) * cell.area_m2 / (r2 * std::sqrt(r2)));
     return through_middle(cell, pyramid[static_cast<std::size_t>(level)], x, n);
   }
   ApertureCell part = cell;

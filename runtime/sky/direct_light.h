@@ -41,8 +41,8 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
 
 /// Small facet of an aperture, seen from inside.
 struct ApertureCell {
-  glm::dvec3 centre{0.0}; ///< world metres
-  glm::dvec3 inward{0.0}; ///< unit
+  glm::dvec3 centre{0.0};              ///< world metres
+  glm::dvec3 inward{0.0};              ///< unit
   glm::dvec3 side_a{0.0}, side_b{0.0}; ///< of it as a parallelogram, metres
   double area_m2 = 0.0;
   int level = 0;           ///< of the sky pyramid, whose texels are about as large as the cell seen from the object
@@ -57,11 +57,9 @@ struct ApertureCell {
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid);
 
-/// From x, no further away than two of its sides: its middle does not stand for all of the cell.
-inline bool is_close(const ApertureCell& cell, const glm::dvec3& x) {
-  const glm::dvec3 d = cell.centre - x;
-  const double side2 = std::max(glm::dot(cell.side_a, cell.side_a), glm::dot(cell.side_b, cell.side_b));
-  return glm::dot(d, d) < 4.0 * side2;
+/// Squared distance from its middle up to which the cell is close: there its middle does not stand for all of it.
+inline double close2(const ApertureCell& cell) {
+  return 4.0 * std::max(glm::dot(cell.side_a, cell.side_a), glm::dot(cell.side_b, cell.side_b));
 }
 /// Unshadowed irradiance through one cell, cut in four as long as its parts are close, at x with unit normal n.
 Rgb irradiance_through(const ApertureCell& cell, std::span<const SkyMap> pyramid, const glm::dvec3& x,

@@ -37,10 +37,12 @@ void gather(Batch& batch, std::size_t first) {
   for (const ApertureCell& cell : batch.cells) {
     const SkyMap& map = batch.pyramid[cell.level];
     view_cell(CellConstants(cell, map, batch.origin), receivers, view);
+    const auto close = static_cast<float>(close2(cell));
     for (std::size_t k = 0; k < count; ++k) {
       const std::size_t i = first + k;
-      if (const glm::dvec3 x = batch.origin + glm::dvec3(batch.points[i]); is_close(cell, x))
-        batch.irradiance[i] += irradiance_through(cell, batch.pyramid, x, glm::dvec3(batch.normals[i]));
+      if (view.distance2[k] < close)
+        batch.irradiance[i] += irradiance_through(cell, batch.pyramid, batch.origin + glm::dvec3(batch.points[i]),
+                                                  glm::dvec3(batch.normals[i]));
       else if (view.weight[k] > 0.0f)
         batch.irradiance[i] += view.weight[k] * cell.transmittance * interpolate(map, view.u[k], view.v[k]);
     }

@@ -62,6 +62,7 @@ void view_cell(const CellConstants& c, const Receivers& r, CellView& view) {
   for (int k = 0; k < kLanes; ++k) {
     const float dx = c.x - r.x[k], dy = c.y - r.y[k], dz = c.z - r.z[k];
     view.weight[k] = cell_weight(c, pane, r, k, dx, dy, dz);
+    view.distance2[k] = dx * dx + dy * dy + dz * dz;
     const float azimuth = upper_angle(std::fabs(dy), dx), turn = dy < 0.0f ? -1.0f : 1.0f;
     view.u[k] = (0.5f - turn * azimuth * (0.5f / kPi)) * c.width - 0.5f;
     view.v[k] = upper_angle(std::sqrt(dx * dx + dy * dy), dz) * (1.0f / kPi) * c.height - 0.5f;

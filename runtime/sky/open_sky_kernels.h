@@ -29,9 +29,9 @@ struct CellConstants {
 };
 
 /// Per receiver: its weight for the radiance through the cell, sr, and where on the map that is, in texels measured
-/// from texel centres.
+/// from texel centres. `distance2`: to its middle, squared.
 struct alignas(64) CellView {
-  float weight[kLanes], u[kLanes], v[kLanes];
+  float weight[kLanes], u[kLanes], v[kLanes], distance2[kLanes];
 };
 void view_cell(const CellConstants& cell, const Receivers& receivers, CellView& view);
 

@@ -44,10 +44,9 @@ std::optional<Lattice> Lattice::around(std::span<const glm::vec3> points, std::s
   lattice.spacing_ = std::numeric_limits<float>::infinity();
   for (const ApertureCell& cell : cells) {
     const glm::vec3 c(cell.centre - origin);
-    const glm::vec3 nearest = glm::clamp(c, low, high);
-    if (is_close(cell, origin + glm::dvec3(nearest)))
+    const float distance = glm::length(c - glm::clamp(c, low, high));
+    if (distance * distance < static_cast<float>(close2(cell)))
       return std::nullopt;
-    const float distance = glm::length(c - nearest);
     lattice.spacing_ = std::min(
         {lattice.spacing_, kCellFraction * std::sqrt(static_cast<float>(cell.area_m2)), kDistanceFraction * distance});
   }
