@@ -49,7 +49,8 @@ const ReceiverCell& ReceiverLattice::State::cell(std::size_t level, const Lattic
     air[static_cast<std::size_t>(k)] = corner->x + kAirGap_m * corner->n;
     made->corner[static_cast<std::size_t>(k)] = corner;
   }
-  made->open = see_each_other(scene.rays, air);
+  made->open = see_each_other(scene.rays, air) && scene.windows.in_same_air(air[0], air[3]) &&
+               scene.windows.in_same_air(air[1], air[2]);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
@@ -78,7 +79,7 @@ std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Fo
     // A corner on a wall is not in view: a little beyond it is the wall. `gap`: of the point itself there is no way.
     const glm::dvec3 beyond = there + kAirGap_m * glm::normalize(there - air + kAirGap_m * gap);
     const bool seen =
-        (found.cell->open || scene.windows.visible(air, beyond)) && (!touched || !scene.parts.between(air, there));
+        (found.cell->open || scene.windows.in_same_air(air, beyond)) && (!touched || !scene.parts.between(air, there));
     weight[k] = seen ? found.square.weight[k] : 0.0f;
   }
   return weight;

@@ -134,16 +134,6 @@ std::vector<std::uint8_t> diffuse_vertices(const ObjectMesh& mesh) {
   return found;
 }
 
-/// Winding and normals of a file may disagree; the normals win. From here on the winding says what is outside.
-void wind_by_normals(ObjectMesh& mesh) {
-  for (auto& t : mesh.triangles) {
-    const glm::vec3 facet =
-        glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
-    if (glm::dot(facet, mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]]) < 0.0f)
-      std::swap(t[1], t[2]);
-  }
-}
-
 /// Each once that joins different senders.
 void append_triangles(const ObjectMesh& mesh, std::span<const std::uint32_t> sender, std::size_t senders,
                       std::vector<std::array<std::uint32_t, 3>>& triangles) {
@@ -283,7 +273,6 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
     return mesh.error();
   if (mesh->triangles.empty())
     notes.push_back(object.model.string() + ": no triangles, nothing is drawn");
-  wind_by_normals(*mesh);
   for (std::string& line : glass_notes(*mesh, object.model.string()))
     notes.push_back(std::move(line));
   const MeshWeight weight = weigh(*mesh);

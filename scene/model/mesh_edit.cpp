@@ -147,4 +147,13 @@ Result<void> append_mesh(ObjectMesh& all, ObjectMesh part, const glm::dmat4& all
   return {};
 }
 
+void wind_by_normals(ObjectMesh& mesh) {
+  for (auto& t : mesh.triangles) {
+    const glm::vec3 facet =
+        glm::cross(mesh.positions[t[1]] - mesh.positions[t[0]], mesh.positions[t[2]] - mesh.positions[t[0]]);
+    if (glm::dot(facet, mesh.normals[t[0]] + mesh.normals[t[1]] + mesh.normals[t[2]]) < 0.0f)
+      std::swap(t[1], t[2]);
+  }
+}
+
 } // namespace daylit

@@ -37,4 +37,7 @@ void give_material(ObjectMesh& mesh, ObjectMaterial material);
 /// Adds a mesh, placed. `all_from_part`: rigid but for one scale. Error limit_exceeded: more than 65,535 materials.
 Result<void> append_mesh(ObjectMesh& all, ObjectMesh part, const glm::dmat4& all_from_part);
 
+/// Winding and normals of a file may disagree; the normals win. From here on the winding says what is outside.
+void wind_by_normals(ObjectMesh& mesh);
+
 } // namespace daylit

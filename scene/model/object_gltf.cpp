@@ -89,6 +89,7 @@ private:
         soup_.positions.size() + triangles->positions.size() > 3 * kMostTriangles)
       return Error{ErrorCode::limit_exceeded, "more than five million triangles with all instances", where,
                    "simplify the object"};
+    const bool turns_over = glm::determinant(glm::dmat3(world)) < 0.0; // glTF 2.0, 3.7.4
     const Offsets first{soup_.positions.size(), soup_.normals.size(), soup_.tangents.size()};
     if (const auto added = add_vertices(*triangles, *vertices, world, where); !added)
       return added;
@@ -96,6 +97,8 @@ private:
       SoupTriangle t{{}, surface->material};
       for (std::size_t c = 0; c < 3; ++c)
         t.corner[c] = corner(triangles->corners[k + c], *vertices, first);
+      if (turns_over)
+        std::swap(t.corner[1], t.corner[2]);
       soup_.triangles.push_back(t);
     }
     return {};

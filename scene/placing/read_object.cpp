@@ -7,7 +7,10 @@ namespace daylit {
 
 Result<ObjectMesh> read_object(const ObjectConfig& object, std::vector<std::string>* notes) {
   auto mesh = read_object_mesh(object.model, Rgb(0.7f), notes);
-  if (!mesh || (object.material.empty() && !object.reflectance))
+  if (!mesh)
+    return mesh;
+  wind_by_normals(*mesh);
+  if (object.material.empty() && !object.reflectance)
     return mesh;
   ObjectMaterial material;
   if (!object.material.empty()) {

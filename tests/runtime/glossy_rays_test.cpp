@@ -160,15 +160,22 @@ TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
     EXPECT_NEAR(scene.radiance(aside).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance) << aside;
 }
 
-TEST(GlossyRays, glass_behind_glass_mirrors_in_front_and_its_last_face_no_more) {
+TEST(GlossyRays, glass_behind_glass_mirrors_at_each_of_its_faces) {
   // Face on, F = 0.04. First ball: mirrored, passed; at its back passed and mirrored, which comes out alone: 5 rays.
-  // Second: in front both, the mirrored one goes through the first ball; at its back what passes alone, since
-  // 0.85 x 0.04 is below 0.05.
+  // Second: in front both, the mirrored one goes through the first ball; at its back both, since 0.96^3 x 0.04 is just
+  // above 0.035, and what is mirrored there goes back through both balls.
   GlossyScene scene(glass());
   EXPECT_EQ(scene.rays_followed(1e-4), 5u);
   scene.add(glass(), scene.middle + glm::dvec3(0.4, 0.0, 0.0));
-  EXPECT_EQ(scene.rays_followed(1e-4), 10u);
+  EXPECT_EQ(scene.rays_followed(1e-4), 14u);
   EXPECT_NEAR(scene.radiance(1e-4).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance);
+}
+
+TEST(GlossyRays, a_mirror_image_on_the_outside_is_followed_however_faint_for_a_window_is_bright) {
+  // Index 1.2: F = (0.2 / 2.2)^2 = 0.0083. Mirrored, passed; at the back passed alone.
+  ObjectMaterial weak = glass();
+  weak.ior = 1.2f;
+  EXPECT_EQ(GlossyScene(weak).rays_followed(1e-4), 3u);
 }
 
 /// A wide photograph from the middle of the room's south, all of one radiance, and what the room's model says.
@@ -186,8 +193,8 @@ struct Photographed {
     composite.coverage.assign(static_cast<std::size_t>(kSide) * kSide, 0.0f);
   }
   /// What is seen of the room from its middle.
-  double seen_towards(const glm::vec3& direction) {
-    const PhotographedRoom photograph(composite, camera, lens, scale, 100.0f);
+  double seen_towards(const glm::vec3& direction, const PhotoPixels* photo = nullptr) {
+    const PhotographedRoom photograph(composite, camera, lens, scale, 100.0f, photo);
     const RoomSeen& plain = *scene.seen;
     const RayScene rays = *RayScene::build(scene.room.volume.room);
     const RoomSeen seen{plain.room, rays,          plain.light,   plain.shadow, plain.pyramid,
@@ -210,6 +217,18 @@ TEST(RoomSeen, a_ray_shows_the_photograph_only_where_the_camera_sees_its_end) {
   Photographed screened;
   test::add_block(screened.scene.room.volume.room, {1.5, 0.8, 0.7}, {2.5, 0.9, 1.7}, 0);
   EXPECT_NEAR(screened.seen_towards(north), Surrounded::kRadiance, 0.01) << "a screen stands between";
+}
+
+TEST(RoomSeen, behind_an_object_a_ray_shows_the_photograph_as_it_was_without_it) {
+  const glm::vec3 north(0.0f, 1.0f, 0.0f);
+  Photographed covered;
+  const RgbImage poster(Photographed::kSide, Photographed::kSide, Rgb(3.0f));
+  const PhotoPixels photo(poster);
+  covered.composite.coverage.assign(covered.composite.coverage.size(), 1.0f);
+  EXPECT_NEAR(covered.seen_towards(north, &photo), 3.0, 1e-4);
+  EXPECT_NEAR(covered.seen_towards(north), Surrounded::kRadiance, 0.01) << "without a photograph of it";
+  test::add_block(covered.scene.room.volume.room, {1.5, 0.8, 0.7}, {2.5, 0.9, 1.7}, 0);
+  EXPECT_NEAR(covered.seen_towards(north, &photo), Surrounded::kRadiance, 0.01) << "a screen stands between";
 }
 
 TEST(RoomSeen, the_last_ray_of_a_sample_finds_the_room_below_an_object_lit) {

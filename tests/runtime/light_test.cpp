@@ -119,6 +119,34 @@ TEST(DirectLight, cells_integrate_a_uniform_sky_to_the_polygon_form_factor) {
   EXPECT_NEAR(e / (kPi * factor), 1.0, 2e-3);
 }
 
+/// Lambert's formula (Cohen & Wallace 1993, eq. 4.9): E / L = 1/2 sum over the sides of angle x (normal of the side's
+/// triangle with x).n, of a polygon above the horizon of n.
+double polygon_irradiance(const std::vector<glm::dvec3>& corners, const glm::dvec3& x, const glm::dvec3& n) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const glm::dvec3 a = glm::normalize(corners[k] - x), b = glm::normalize(corners[(k + 1) % corners.size()] - x);
+    sum += std::acos(glm::dot(a, b)) * glm::dot(glm::normalize(glm::cross(a, b)), n);
+  }
+  return 0.5 * std::fabs(sum);
+}
+
+TEST(DirectLight, beside_a_window_cells_are_cut_until_they_agree_with_lamberts_formula) {
+  SkyMap map = test::overcast_sky(64);
+  std::fill(map.radiance.begin(), map.radiance.end(), Rgb(1.0f));
+  const auto pyramid = sky_map_pyramid(map);
+  const auto windows = test::box_window();
+  const auto cells = aperture_cells(windows, {{2, 1, 1.0}, 0.1}, pyramid); // 20 and 27 cm wide
+  const glm::dvec3 up(0, 0, 1);
+  for (const double away : {0.003, 0.01, 0.03, 0.1, 0.3, 1.0}) {
+    const glm::dvec3 sill(1.7, 5.0 - away, 0.9 - 1e-9);
+    const double exact = polygon_irradiance(windows[0].corners, sill, up);
+    EXPECT_NEAR(static_cast<double>(open_sky_irradiance(pyramid, cells, sill, up).g) / exact, 1.0, 0.03) << away;
+    const std::vector<glm::dvec3> x{sill};
+    const std::vector<glm::vec3> n{glm::vec3(up)};
+    EXPECT_NEAR(static_cast<double>(open_sky_irradiance(pyramid, cells, x, n)[0].g) / exact, 1.0, 0.03) << away;
+  }
+}
+
 TEST(DirectLight, cells_of_clear_glass_dim_each_ray_by_its_angle) {
   auto windows = test::box_window();
   windows[0].refractive_index = 1.52f;

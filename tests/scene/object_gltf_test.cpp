@@ -82,6 +82,18 @@ TEST_F(ObjectGltf, nodes_move_scale_and_repeat_a_mesh) {
   EXPECT_EQ(most, glm::vec3(3, 0, 5)) << "two metres up and three wide";
 }
 
+TEST_F(ObjectGltf, a_mirrored_node_turns_its_triangles_over_so_that_what_is_outside_stays_so) {
+  auto parts = square(kPlain);
+  parts.add_node(R"({"mesh":0,"translation":[0,2,0],"scale":[-1,1,1]})");
+  const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  ASSERT_EQ(mesh->triangles.size(), 4u);
+  for (const auto& t : mesh->triangles) {
+    const glm::vec3 &a = mesh->positions[t[0]], &b = mesh->positions[t[1]], &c = mesh->positions[t[2]];
+    EXPECT_LT(glm::cross(b - a, c - a).y, 0.0f) << "it faces -y, as the square that is not mirrored";
+  }
+}
+
 TEST_F(ObjectGltf, vertex_colours_multiply_the_base_colour) {
   auto parts = square(kPlain, ",\"COLOR_0\":4");
   const auto mesh = read_object_mesh(write("a.glb", parts.glb()));
