@@ -49,8 +49,7 @@ const ReceiverCell& ReceiverLattice::State::cell(std::size_t level, const Lattic
     air[static_cast<std::size_t>(k)] = corner->x + kAirGap_m * corner->n;
     made->corner[static_cast<std::size_t>(k)] = corner;
   }
-  made->open = see_each_other(scene.rays, air) && scene.windows.in_same_air(air[0], air[3]) &&
-               scene.windows.in_same_air(air[1], air[2]);
+  made->open = see_each_other(scene.rays, air);
   return *lattice.cells.emplace(key, std::move(made)).first->second;
 }
 
@@ -79,7 +78,7 @@ std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Fo
     // A corner on a wall is not in view: a little beyond it is the wall. `gap`: of the point itself there is no way.
     const glm::dvec3 beyond = there + kAirGap_m * glm::normalize(there - air + kAirGap_m * gap);
     const bool seen =
-        (found.cell->open || scene.windows.in_same_air(air, beyond)) && (!touched || !scene.parts.between(air, there));
+        (found.cell->open || scene.windows.visible(air, beyond)) && (!touched || !scene.parts.between(air, there));
     weight[k] = seen ? found.square.weight[k] : 0.0f;
   }
   return weight;
@@ -222,16 +221,22 @@ ReceiverLattice::Link ReceiverLattice::State::link(const Place& place, double ra
   return link(level, find(level, place), place);
 }
 
-/// Without the objects, between the corners: E = E_indirect + V_window E_sky.
+/// Without the objects, between the corners: E = E_indirect + V_window E_sky. A corner without probes is outside.
 bool ReceiverLattice::State::is_even(const ReceiverCell& cell) const {
+  if (const std::uint64_t known = cell.evenness.load(std::memory_order_relaxed); known >> 1 == sky_version)
+    return known & 1u;
   float least = std::numeric_limits<float>::infinity(), most = 0.0f;
   for (Node* node : cell.corner) {
     const RoomPoint& light = current_light(*node);
-    const float e = luminance(light.indirect_irradiance + window_visibility(*node) * light.open_sky_irradiance);
+    const float e = is_inside(*node)
+                        ? luminance(light.indirect_irradiance + window_visibility(*node) * light.open_sky_irradiance)
+                        : 0.0f;
     least = std::min(least, e);
     most = std::max(most, e);
   }
-  return most <= kMostStep * least;
+  const bool even = least > 0.0f && most <= kMostStep * least;
+  cell.evenness.store(sky_version << 1 | (even ? 1u : 0u), std::memory_order_relaxed);
+  return even;
 }
 
 /// In the widest cell whose corners all lie in the same air and are about as bright: beside windows, in reveals, above
@@ -271,6 +276,8 @@ RoomIrradiance ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, c
       continue;
     Node& node = *around.node[k];
     const RoomPoint& light = s.current_light(node);
+    if (!State::is_inside(node))
+      continue;
     const float visible = s.window_visibility(node), blocked = with_objects ? s.current_blocked(node) : 0.0f;
     const Rgb before = light.indirect_irradiance + visible * light.open_sky_irradiance,
               change = with_objects ? s.current(node).irradiance : Rgb(0.0f);
@@ -279,7 +286,7 @@ RoomIrradiance ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, c
     whole += around.weight[k];
   }
   if (whole > 0.0f)
-    return {glm::max(sum.now, Rgb(0.0f)), sum.before};
+    return {glm::max(sum.now, Rgb(0.0f)) / whole, sum.before / whole};
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
   const Rgb all =

@@ -21,6 +21,7 @@ namespace daylit {
 struct ReceiverCell {
   bool open = false; ///< its corners lie in the same air
   std::array<ReceiverLattice::Node*, 4> corner{};
+  mutable std::atomic<std::uint64_t> evenness{0}; ///< is_even(): twice the sky's version, and 1 where it is
 };
 
 struct ReceiverLattice::State {
@@ -72,6 +73,8 @@ struct ReceiverLattice::State {
   Link link(std::size_t level, const Found& found, const Place& place) const;
   Link link(const Place& place, double radii_away) const;
   bool is_even(const ReceiverCell& cell) const;
+  /// After current_light().
+  static bool is_inside(const Node& node) { return node.open.at.probes.count > 0; }
   Link link_in_even_cell(const Place& place) const;
   std::vector<ChangedSurface> changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
                                                const DirectionPattern& pattern) const;

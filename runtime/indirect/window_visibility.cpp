@@ -33,11 +33,6 @@ void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-bool WindowVisibility::in_same_air(const glm::dvec3& a, const glm::dvec3& b) const {
-  const double distance = glm::length(b - a);
-  return visible(a, b) && (distance == 0.0 || crossings_.met(a, (b - a) / distance, distance).count == 0);
-}
-
 /// Fraction of the windows' points that count; `none` where no window faces x. counts(window, offsets, number): bits of
 /// the points at these offsets from x; the numbers are those in the window.
 template <class Counts>

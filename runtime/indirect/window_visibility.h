@@ -10,7 +10,6 @@
 #include "runtime/object/placed_parts.h"
 #include "runtime/object/self_visibility.h"
 #include "runtime/sky/direct_light.h"
-#include "scene/room/aperture.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -19,7 +18,7 @@ namespace daylit {
 class WindowVisibility {
 public:
   WindowVisibility(const RayScene& room_rays, std::span<const Aperture> apertures)
-      : rays_(room_rays), apertures_(apertures.begin(), apertures.end()), crossings_(apertures_) {}
+      : rays_(room_rays), apertures_(apertures.begin(), apertures.end()) {}
 
   void set_sun(const std::optional<DetectedSun>& sun);
   bool has_sun() const { return !sun_.empty(); }
@@ -28,8 +27,6 @@ public:
   bool visible(const glm::dvec3& a, const glm::dvec3& b) const {
     return !rays_.occluded(rays_.to_local(a), glm::vec3(b - a), 0.0f, 1.0f);
   }
-  /// The same, and no window stands between: both are in the room, or both outside.
-  bool in_same_air(const glm::dvec3& a, const glm::dvec3& b) const;
   /// Fraction of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
   /// faces x.
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
@@ -58,7 +55,6 @@ private:
   double weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;
-  ApertureCrossings crossings_;
   std::vector<glm::dvec3> sun_; ///< directions
   Rgb sun_normal_irradiance_{0.0f};
 };

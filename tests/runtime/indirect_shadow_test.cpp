@@ -65,6 +65,8 @@ TEST(IndirectShadow, on_a_board_below_a_window_mirrors_show_the_light_as_it_is_t
   Surrounded s(0.15f, test::box_window(), 3.0f);
   test::add_block(s.volume.room, {1.2, 4.7, 0.86}, {2.8, 4.999, 0.9}, 0);
   s.rays = *RayScene::build(s.volume.room);
+  s.volume.apertures = test::box_window();
+  s.sampler = *LightFieldSampler::make(s.volume);
   s.room_light = RoomLight(s.volume.room, s.rays, s.sampler);
   s.room_light.set_frame(s.field, s.pyramid, s.cells, {});
   s.change = IndirectShadow(s.volume.room, s.rays, test::box_window(), s.room_light);
