@@ -240,7 +240,7 @@ IndirectChange IndirectShadow::evaluate(std::uint32_t triangle, const glm::dvec3
 }
 
 RoomIrradiance IndirectShadow::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
-                                           const glm::dvec3& direction) const {
+                                                      const glm::dvec3& direction) const {
   return state_->receivers.irradiance_without_sun(triangle, x, direction);
 }
 

@@ -223,8 +223,6 @@ ReceiverLattice::Link ReceiverLattice::State::link(const Place& place, double ra
 
 /// Without the objects, between the corners: E = E_indirect + V_window E_sky. A corner without probes is outside.
 bool ReceiverLattice::State::is_even(const ReceiverCell& cell) const {
-  if (const std::uint64_t known = cell.evenness.load(std::memory_order_relaxed); known >> 1 == sky_version)
-    return known & 1u;
   float least = std::numeric_limits<float>::infinity(), most = 0.0f;
   for (Node* node : cell.corner) {
     const RoomPoint& light = current_light(*node);
@@ -234,9 +232,7 @@ bool ReceiverLattice::State::is_even(const ReceiverCell& cell) const {
     least = std::min(least, e);
     most = std::max(most, e);
   }
-  const bool even = least > 0.0f && most <= kMostStep * least;
-  cell.evenness.store(sky_version << 1 | (even ? 1u : 0u), std::memory_order_relaxed);
-  return even;
+  return least > 0.0f && most <= kMostStep * least;
 }
 
 /// In the widest cell whose corners all lie in the same air and are about as bright: beside windows, in reveals, above

@@ -21,7 +21,6 @@ namespace daylit {
 struct ReceiverCell {
   bool open = false; ///< its corners lie in the same air
   std::array<ReceiverLattice::Node*, 4> corner{};
-  mutable std::atomic<std::uint64_t> evenness{0}; ///< is_even(): twice the sky's version, and 1 where it is
 };
 
 struct ReceiverLattice::State {

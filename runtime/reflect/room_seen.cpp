@@ -59,13 +59,10 @@ Rgb PhotographedRoom::from_photo(const Rgb& value) const {
 }
 
 template <class Value>
-std::optional<Rgb> PhotographedRoom::between_pixels(const glm::dvec3& x, const Value& value) const {
-  const auto p = pixel_of(x);
-  if (!p)
-    return std::nullopt;
-  const int x0 = std::min(static_cast<int>(p->x), camera_.photo_width_px - 2),
-            y0 = std::min(static_cast<int>(p->y), camera_.photo_height_px - 2);
-  const auto s = static_cast<float>(p->x - x0), t = static_cast<float>(p->y - y0);
+std::optional<Rgb> PhotographedRoom::between_pixels(const glm::dvec2& p, const Value& value) const {
+  const int x0 = std::min(static_cast<int>(p.x), camera_.photo_width_px - 2),
+            y0 = std::min(static_cast<int>(p.y), camera_.photo_height_px - 2);
+  const auto s = static_cast<float>(p.x - x0), t = static_cast<float>(p.y - y0);
   const std::size_t first = static_cast<std::size_t>(y0) * camera_.photo_width_px + x0;
   const std::size_t four[4] = {first, first + 1, first + camera_.photo_width_px, first + camera_.photo_width_px + 1};
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
@@ -79,16 +76,29 @@ std::optional<Rgb> PhotographedRoom::between_pixels(const glm::dvec3& x, const V
   return from_photo(sum);
 }
 
-std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+std::optional<Rgb> PhotographedRoom::drawn_at(const glm::dvec2& place) const {
   return between_pixels(
-      x, [&](std::size_t i) { return is_known(i) ? std::optional(composite_.picture.texels[i]) : std::nullopt; });
+      place, [&](std::size_t i) { return is_known(i) ? std::optional(composite_.picture.texels[i]) : std::nullopt; });
 }
 
-std::optional<Rgb> PhotographedRoom::behind_objects(const glm::dvec3& x) const {
-  return !photo_ ? std::nullopt : between_pixels(x, [&](std::size_t i) {
+std::optional<Rgb> PhotographedRoom::radiance(const glm::dvec3& x) const {
+  const auto place = pixel_of(x);
+  return place ? drawn_at(*place) : std::nullopt;
+}
+
+std::optional<PhotographedRoom::Seen> PhotographedRoom::look(const glm::dvec3& x) const {
+  const auto place = pixel_of(x);
+  if (!place)
+    return std::nullopt;
+  if (const auto drawn = drawn_at(*place))
+    return Seen{*drawn, false};
+  if (!photo_)
+    return std::nullopt;
+  const auto without = between_pixels(*place, [&](std::size_t i) {
     const Rgb pixel = (*photo_)[i];
     return std::max({pixel.r, pixel.g, pixel.b}) < white_ ? std::optional(pixel) : std::nullopt;
   });
+  return without ? std::optional(Seen{*without, true}) : std::nullopt;
 }
 
 std::optional<Rgb> PhotographedRoom::nearest(const glm::dvec3& x) const {
@@ -143,18 +153,14 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
       r.radiance = outside(r);
     else if (r.end->triangle == kUnknownTriangle)
       r.radiance = thing_radiance(r, r.end->distance).value_or(Rgb(0.0f));
-    else if (!is_photographed(r, x[k]))
-      computed_rays |= 1u << k;
-    else if (const auto seen = photograph->radiance(x[k])) {
-      r.radiance = *seen;
+    else if (const auto seen = photographed_at(r, x[k])) {
+      r.radiance = seen->radiance;
       photographed |= 1u << k;
-    } else if (const auto behind = photograph->behind_objects(x[k])) {
-      r.radiance = *behind;
-      covered |= 1u << k;
+      covered |= seen->is_covered ? 1u << k : 0u;
     } else
       computed_rays |= 1u << k;
   }
-  const std::uint32_t hidden = hidden_from_camera(batch, x, photographed | covered);
+  const std::uint32_t hidden = hidden_from_camera(batch, x, photographed);
   computed_rays |= hidden;
   for (std::uint32_t left = covered & ~hidden; left; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
@@ -166,12 +172,14 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
   }
 }
 
-/// Does the photograph say its radiance, unless something stands before it?
-bool RoomSeen::is_photographed(const RoomRay& r, const glm::dvec3& x) const {
+/// What the photograph shows in the direction of x, whatever of the room stands before it.
+std::optional<PhotographedRoom::Seen> RoomSeen::photographed_at(const RoomRay& r, const glm::dvec3& x) const {
   if (!photograph || (things && things->hide(x)))
-    return false;
+    return std::nullopt;
   const glm::dvec3 to_eye = photograph->eye() - x;
-  return glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), to_eye) > kFlattest * glm::length(to_eye);
+  if (glm::dot(light.normal(r.end->triangle, glm::dvec3(r.ray.direction)), to_eye) <= kFlattest * glm::length(to_eye))
+    return std::nullopt;
+  return photograph->look(x);
 }
 
 /// Those of `asked` whose end the room hides from the camera.

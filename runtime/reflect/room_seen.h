@@ -31,8 +31,12 @@ public:
   /// Radiance of world point x, bilinear. Empty where it lies outside the picture, behind an object in it, or where the
   /// picture is white. What of the room stands before x is not looked at.
   std::optional<Rgb> radiance(const glm::dvec3& x) const;
-  /// The same where an object covers it, as it is without the objects.
-  std::optional<Rgb> behind_objects(const glm::dvec3& x) const;
+  struct Seen {
+    Rgb radiance{0.0f};
+    bool is_covered = false; ///< by an object: it is as without the objects
+  };
+  /// The same behind objects too.
+  std::optional<Seen> look(const glm::dvec3& x) const;
   /// The same of the nearest pixel alone: at the edge of a thing that stands before an object.
   std::optional<Rgb> nearest(const glm::dvec3& x) const;
   glm::dvec3 eye() const { return camera_.eye(); }
@@ -40,9 +44,10 @@ public:
 private:
   std::optional<glm::dvec2> pixel_of(const glm::dvec3& x) const;
   bool is_known(std::size_t pixel) const;
-  /// Bilinear between four pixels; empty where one has no value.
+  /// Bilinear between four pixels around a place; empty where one has no value.
   template <class Value>
-  std::optional<Rgb> between_pixels(const glm::dvec3& x, const Value& value) const;
+  std::optional<Rgb> between_pixels(const glm::dvec2& place, const Value& value) const;
+  std::optional<Rgb> drawn_at(const glm::dvec2& place) const;
   Rgb from_photo(const Rgb& value) const;
 
   const Composite& composite_;
@@ -103,7 +108,7 @@ private:
   std::optional<Rgb> thing_radiance(const RoomRay& ray, double distance) const;
   Rgb outside(const RoomRay& ray) const;
   Rgb passes_room(const glm::dvec3& x, const glm::dvec3& direction) const;
-  bool is_photographed(const RoomRay& ray, const glm::dvec3& x) const;
+  std::optional<PhotographedRoom::Seen> photographed_at(const RoomRay& ray, const glm::dvec3& x) const;
   std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
                                    std::uint32_t asked) const;
   RoomIrradiance irradiance(const RoomRay& ray, const glm::dvec3& x) const;
