@@ -127,8 +127,9 @@ void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optiona
   State& s = *state_;
   if (std::exchange(s.sky_version, sky_version) != sky_version || sky_version == 0) {
     s.windows.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
-    s.patches.set_frame(pyramid, s.windows.apertures());
-    s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(), s.patches.windows(), *sun)
+    s.patches.set_frame(pyramid);
+    s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(),
+                                   s.patches.window_cells(kCellFraction), *sun)
                    : std::vector<SunlitPoint>{};
   }
   s.correction = SunlitCorrection(s.sunlit, s.parts, s.windows);
@@ -240,8 +241,8 @@ IndirectChange IndirectShadow::evaluate(std::uint32_t triangle, const glm::dvec3
 }
 
 RoomIrradiance IndirectShadow::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
-                                                      const glm::dvec3& direction) const {
-  return state_->receivers.irradiance_without_sun(triangle, x, direction);
+                                                      const glm::dvec3& direction, bool with_objects) const {
+  return state_->receivers.irradiance_without_sun(triangle, x, direction, with_objects);
 }
 
 std::span<const TwoSided> IndirectShadow::sent() const { return state_->radiance; }

@@ -102,8 +102,10 @@ public:
   IndirectChange at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// The same without cells and with `rays` rays per object: the slow twin.
   IndirectChange evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction, int rays) const;
-  /// Irradiance of x with the objects there, from all but the sun; past the room and past them. From cells.
-  RoomIrradiance irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Irradiance of x with the objects there, from all but the sun; past the room and past them. From cells. Without
+  /// `with_objects` as if there were none.
+  RoomIrradiance irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                        bool with_objects = true) const;
   /// What every vertex of the objects sends to both sides, as a diffuse surface of its reflectance.
   std::span<const TwoSided> sent() const;
   /// Irradiance from the sun at x, past the room without the objects.

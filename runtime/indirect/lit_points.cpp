@@ -15,21 +15,22 @@ const RoomPoint& LitPoints::light(LitPoint& point, std::uint32_t triangle, const
       point.is_kept = true;
     }
     const RoomLight::KnownPoint* at = &point.at;
-    light_.evaluate({&at, 1}, {&point.light, 1});
+    light_.evaluate({&at, 1}, windows_, {&point.light, 1});
   });
   if (point.asked_for.load(std::memory_order_relaxed) != sky_)
     point.asked_for.store(sky_, std::memory_order_relaxed);
   return point.light;
 }
 
-void LitPoints::sky_changed() {
+void LitPoints::sky_changed(std::span<const ApertureCell> windows) {
   const std::uint64_t former = sky_++;
+  windows_ = windows;
   std::erase_if(points_, [&](LitPoint* p) { return !(p->is_kept = p->asked_for == former); });
   std::vector<const RoomLight::KnownPoint*> at;
   for (const LitPoint* p : points_)
     at.push_back(&p->at);
   std::vector<RoomPoint> light(points_.size());
-  light_.evaluate(at, light);
+  light_.evaluate(at, windows_, light);
   for (std::size_t k = 0; k < points_.size(); ++k) {
     points_[k]->light = light[k];
     points_[k]->made = sky_;

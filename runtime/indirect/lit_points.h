@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "runtime/indirect/room_light.h"
@@ -28,13 +29,15 @@ public:
 
   /// Of a point of a triangle where the normal is n. Thread-safe.
   const RoomPoint& light(LitPoint& point, std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& n);
-  /// Another light of the room. Points that nobody asked for under the last are forgotten until they are again.
-  void sky_changed();
+  /// Another light of the room, through these cells of the windows, which must live until the next. Before the first
+  /// there is none. Points that nobody asked for under the last are forgotten until they are again.
+  void sky_changed(std::span<const ApertureCell> windows);
   void clear() { points_.clear(); } ///< before the points go
   std::size_t size() const { return points_.size(); }
 
 private:
   const RoomLight& light_;
+  std::span<const ApertureCell> windows_;
   std::uint64_t sky_ = 1;
   std::vector<LitPoint*> points_;
   std::mutex adding_;

@@ -147,7 +147,7 @@ void ReceiverLattice::objects_moved() {
 void ReceiverLattice::sky_changed() {
   ++state_->sky_version;
   ++state_->light_version;
-  state_->lit.sky_changed();
+  state_->lit.sky_changed(state_->scene.patches.windows());
 }
 
 void ReceiverLattice::light_changed() { ++state_->light_version; }
@@ -260,9 +260,9 @@ Rgb ReceiverLattice::whole_change(Node& node, bool sun_too) const { return state
 /// E = sum_k w_k E_k, E_k = E_indirect + V_window E_sky of the nodes around, and where an object is near + Delta E -
 /// V_blocked E_sky.
 RoomIrradiance ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x,
-                                                       const glm::dvec3& direction) const {
+                                                       const glm::dvec3& direction, bool with_objects) const {
   const State& s = *state_;
-  const bool with_objects = s.scene.radii_away(x) < kSeenRadii;
+  with_objects = with_objects && s.scene.radii_away(x) < kSeenRadii;
   const State::Place place{triangle, s.scene.facing_of(triangle, direction), x};
   const Link around = with_objects && near(x) ? s.link(place, kMirrorRadii) : s.link_in_even_cell(place);
   RoomIrradiance sum;

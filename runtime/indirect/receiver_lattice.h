@@ -51,8 +51,9 @@ public:
   /// Nodes are numbered from 0 as they are made.
   std::size_t node_count() const;
   static std::size_t number_of(const Node& node);
-  /// Irradiance of point x of a triangle, sun excepted; interpolated.
-  RoomIrradiance irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// Irradiance of point x of a triangle, sun excepted; interpolated. Without `with_objects` as if there were none.
+  RoomIrradiance irradiance_without_sun(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction,
+                                        bool with_objects = true) const;
   /// Change of the irradiance there, direct light included, that of the sun if `sun_too`.
   Rgb whole_change(Node& node, bool sun_too) const;
   /// After that: the part of its hemisphere, by the cosine, that objects cover.

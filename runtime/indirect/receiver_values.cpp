@@ -16,7 +16,9 @@ void ReceiverLattice::State::renew(Node& node) const {
     node.sky_version = node.mirrored_version = 0;
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
-    node.here = scene.light.at_surface(node.triangle, node.x, -node.n);
+    // Nodes of narrow cells share the blocks that the shadows on the room need anyway.
+    node.here = node.cell_m < kRoomLightCell_m ? scene.light.at_surface(node.triangle, node.x, -node.n)
+                                               : current_light(node);
     node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
     node.before = LitScene::before(node.receiver, node.here);
   }

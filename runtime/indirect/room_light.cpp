@@ -207,7 +207,8 @@ RoomPoint RoomLight::evaluate(std::uint32_t triangle, const glm::dvec3& x, const
 }
 
 /// Alone without tasks: who asks for one point may hold a lock.
-void RoomLight::evaluate(std::span<const KnownPoint* const> points, std::span<RoomPoint> light) const {
+void RoomLight::evaluate(std::span<const KnownPoint* const> points, std::span<const ApertureCell> windows,
+                         std::span<RoomPoint> light) const {
   constexpr std::size_t kAtOnce = 16;
   const State& s = *state_;
   const auto some = [&](std::size_t chunk) {
@@ -218,7 +219,7 @@ void RoomLight::evaluate(std::span<const KnownPoint* const> points, std::span<Ro
       x[k] = points[first + k]->x;
       n[k] = glm::vec3(points[first + k]->n);
     }
-    const std::vector<Rgb> open_sky = open_sky_irradiance(s.pyramid, s.apertures, {x.data(), count}, {n.data(), count});
+    const std::vector<Rgb> open_sky = open_sky_irradiance(s.pyramid, windows, {x.data(), count}, {n.data(), count});
     for (std::size_t k = 0; k < count; ++k) {
       const KnownPoint& p = *points[first + k];
       light[first + k] = s.point(p.triangle, {s.indirect_at(p.n, p.probes), open_sky[k]});

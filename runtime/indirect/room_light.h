@@ -53,13 +53,15 @@ public:
   /// The same without cells: the slow twin.
   RoomPoint evaluate(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;
 
-  /// evaluate() of many points whose probes_at() are known. Sixteen take little longer than one.
+  /// evaluate() of many points whose probes_at() are known, through these cells of the windows. Sixteen take little
+  /// longer than one.
   struct KnownPoint {
     std::uint32_t triangle = 0;
     glm::dvec3 x{0.0}, n{0.0};
     VertexProbes probes;
   };
-  void evaluate(std::span<const KnownPoint* const> points, std::span<RoomPoint> light) const;
+  void evaluate(std::span<const KnownPoint* const> points, std::span<const ApertureCell> windows,
+                std::span<RoomPoint> light) const;
 
   /// The indirect part alone, for points that are looked up again: which probes light x, a point in the air, and what
   /// they give a surface of normal n.

@@ -8,6 +8,7 @@ namespace daylit {
 
 namespace {
 constexpr double kPatch_m = RoomPatches::kSide_m;
+constexpr double kWideCells = 2.0 * kCellFraction;
 constexpr int kPatchPoints = 5; ///< per side: where a patch is looked for
 constexpr int kAreaPoints = 10; ///< per side: by which its area is known
 } // namespace
@@ -30,11 +31,15 @@ double RoomPatches::area_m2(const RoomPatch& patch) const {
   return kPatch_m * kPatch_m * std::max(found, 1) / (kAreaPoints * kAreaPoints);
 }
 
-/// Cells as the middle of the room sees them stand for all of it: what is behind objects is not looked at closely.
-void RoomPatches::set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures) {
-  pyramid_ = pyramid;
+std::vector<ApertureCell> RoomPatches::window_cells(double fraction) const {
   const glm::dvec3 middle = room_.bounds().empty() ? glm::dvec3(0.0) : room_.bounds().centre();
-  windows_ = aperture_cells(apertures, {middle, 0.0}, pyramid); // coarse: seen from far away
+  return aperture_cells(visibility_.apertures(), {middle, 0.0}, pyramid_, fraction);
+}
+
+/// What is behind objects or seen in mirrors is not looked at closely.
+void RoomPatches::set_frame(std::span<const SkyMap> pyramid) {
+  pyramid_ = pyramid;
+  windows_ = window_cells(kWideCells);
   ++frame_;
 }
 

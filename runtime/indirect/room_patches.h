@@ -40,8 +40,10 @@ public:
       : room_(room), rays_(rays), planes_(planes), light_(light), visibility_(windows) {}
 
   /// `pyramid` must live until the next frame.
-  void set_frame(std::span<const SkyMap> pyramid, std::span<const Aperture> apertures);
-  /// Cells of the windows as the middle of the room sees them.
+  void set_frame(std::span<const SkyMap> pyramid);
+  /// Cells of the windows as the middle of the room sees them, as wide as that fraction of the distance.
+  std::vector<ApertureCell> window_cells(double fraction) const;
+  /// Wide ones.
   std::span<const ApertureCell> windows() const { return windows_; }
   /// The patch of a point that a ray along `direction` meets. Valid as long as this.
   RoomPatch* at(std::uint32_t triangle, const glm::dvec3& x, const glm::dvec3& direction) const;

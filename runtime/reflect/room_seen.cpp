@@ -220,11 +220,13 @@ Rgb RoomSeen::outside(const RoomRay& r) const {
 RoomIrradiance RoomSeen::irradiance(const RoomRay& r, const glm::dvec3& x) const {
   const std::uint32_t triangle = r.end->triangle;
   const glm::dvec3 direction(r.ray.direction);
-  if (!shadow || r.past_objects) {
+  if (!shadow) {
     const RoomPoint point = light.at_surface(triangle, x, direction);
     const Rgb all = point.indirect_irradiance + point.open_sky_irradiance;
     return {all, all};
   }
+  if (r.past_objects)
+    return shadow->irradiance_without_sun(triangle, x, direction, false);
   RoomIrradiance e = shadow->irradiance_without_sun(triangle, x, direction);
   const glm::dvec3 n = light.normal(triangle, direction);
   if (const double cosine = sun ? glm::dot(n, sun->direction) : 0.0; cosine > 0.0) {

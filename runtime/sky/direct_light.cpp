@@ -13,8 +13,7 @@ namespace daylit {
 
 namespace {
 
-constexpr double kCellFraction = 0.125; // of the distance to the object
-constexpr int kMinDivisions = 6, kMaxDivisions = 24;
+constexpr int kMinDivisions = 6, kMaxDivisions = 24; // with kCellFraction
 constexpr int kCellBudget = 1000; // in all; what the shaders hold
 constexpr int kMostCuts = 8;      // of a close cell
 constexpr double kMost_sr = 0.25; // that a part may seem to fill: closer to its middle it is not a point
@@ -97,7 +96,7 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
 /// Divisions of a patch: its side by kCellFraction times the distance to the sphere. The transmittance of several panes
 /// in series is that of all, divided among them by their number.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
-                                         std::span<const SkyMap> pyramid) {
+                                         std::span<const SkyMap> pyramid, double fraction) {
   std::vector<ApertureCell> cells;
   std::size_t patches = 0;
   for (const Aperture& a : apertures)
@@ -111,8 +110,8 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
           std::max(glm::length(patch.side_a + 0.5 * patch.twist), glm::length(patch.side_b + 0.5 * patch.twist));
       const double distance = std::max(glm::length(middle - sphere.centre) - 0.5 * size - sphere.radius, 0.05);
       const int divisions =
-          static_cast<int>(std::clamp(std::ceil(size / (kCellFraction * distance)),
-                                      std::min(double{kMinDivisions}, most), std::min(double{kMaxDivisions}, most)));
+          static_cast<int>(std::clamp(std::ceil(size / (fraction * distance)),
+                                      std::min(kMinDivisions * kCellFraction / fraction, most), std::min(double{kMaxDivisions}, most)));
       append_cells(patch, a, divisions, cells);
     }
   const std::vector<Aperture> list(apertures.begin(), apertures.end());

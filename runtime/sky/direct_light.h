@@ -53,9 +53,11 @@ struct ApertureCell {
   bool operator==(const ApertureCell&) const = default;
 };
 
-/// Cells no wider than about an eighth of the distance to the sphere, between 6 x 6 and 24 x 24 per quadrilateral.
+constexpr double kCellFraction = 0.125; ///< of the distance to what is lit: how wide window cells are
+/// Cells no wider than about that fraction of the distance to the sphere, at most 24 x 24 per quadrilateral and with
+/// kCellFraction at least 6 x 6.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
-                                         std::span<const SkyMap> pyramid);
+                                         std::span<const SkyMap> pyramid, double fraction = kCellFraction);
 
 /// Squared distance from its middle up to which the cell is close: there its middle does not stand for all of it.
 inline double close2(const ApertureCell& cell) {

@@ -133,7 +133,7 @@ TEST(RoomLight, many_points_at_once_have_the_bits_of_each_alone) {
   for (const RoomLight::KnownPoint& p : points)
     all.push_back(&p);
   std::vector<RoomPoint> light(all.size());
-  floor.room.evaluate(all, light);
+  floor.room.evaluate(all, floor.cells, light);
   for (std::size_t k = 0; k < all.size(); ++k) {
     EXPECT_GT(light[k].open_sky_irradiance.g, 0.0f);
     expect_same(light[k], floor.alone(k), k);
@@ -148,7 +148,7 @@ TEST(LitPoints, of_each_sky_have_the_bits_of_evaluation_and_are_kept_while_asked
   const std::size_t kept[] = {37, 37, 37, 5, 20};
   for (std::size_t sky = 0; sky < std::size(asked); ++sky) {
     floor.set_sky(static_cast<float>(sky + 1));
-    lit.sky_changed();
+    lit.sky_changed(floor.cells);
     for (std::size_t k = 0; k < asked[sky]; ++k)
       expect_same(lit.light(points[k], 0, FloorPoints::at(k), {0, 0, 1}), floor.alone(k), k);
     EXPECT_EQ(lit.size(), kept[sky]) << sky;
