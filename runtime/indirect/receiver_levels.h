@@ -27,10 +27,10 @@ constexpr std::array<ReceiverLevel, 9> kLevels{{{1.0 / 40.0, 0.07, 0.11, kRays},
                                                 {4.0, 40.0, 52.0, kFarRays},
                                                 {8.0, 0.0, 0.0, kFarRays}}};
 constexpr double kWidestCell_m = 0.5;
-constexpr double kSeenRadii = 7.0;   // further from an object a mirror does not show what it changes
-constexpr double kMirrorRadii = 0.1; // a mirror shows the room as if it were no nearer
+constexpr double kSeenRadii = 7.0;       // further from an object a mirror does not show what it changes
+constexpr double kMirrorRadii = 0.1;     // a mirror shows the room as if it were no nearer
 constexpr double kNarrowestCell_m = 0.1; // a mirror shows the room in no narrower ones than the first so wide
-constexpr float kMostStep = 2.0f;         // of the light from corner to corner of a wider one
+constexpr float kMostStep = 2.0f;        // of the light from corner to corner of a wider one
 
 /// How far from a cell's corner surfaces are looked for, radii: beyond it the next level holds.
 constexpr double farthest(std::size_t level) {

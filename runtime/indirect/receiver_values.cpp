@@ -17,8 +17,8 @@ void ReceiverLattice::State::renew(Node& node) const {
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
     // Nodes of narrow cells share the blocks that the shadows on the room need anyway.
-    node.here = node.cell_m < kRoomLightCell_m ? scene.light.at_surface(node.triangle, node.x, -node.n)
-                                               : current_light(node);
+    node.here =
+        node.cell_m < kRoomLightCell_m ? scene.light.at_surface(node.triangle, node.x, -node.n) : current_light(node);
     node.hidden = scene.hidden_irradiance(node.receiver, node.here, node.x, node.n);
     node.before = LitScene::before(node.receiver, node.here);
   }

@@ -13,7 +13,8 @@ namespace daylit {
 
 namespace {
 
-constexpr int kMinDivisions = 6, kMaxDivisions = 24; // with kCellFraction
+constexpr int kMinDivisions = 6; // with kCellFraction
+constexpr int kMaxDivisions = 24;
 constexpr int kCellBudget = 1000; // in all; what the shaders hold
 constexpr int kMostCuts = 8;      // of a close cell
 constexpr double kMost_sr = 0.25; // that a part may seem to fill: closer to its middle it is not a point
@@ -109,9 +110,9 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
       const double size =
           std::max(glm::length(patch.side_a + 0.5 * patch.twist), glm::length(patch.side_b + 0.5 * patch.twist));
       const double distance = std::max(glm::length(middle - sphere.centre) - 0.5 * size - sphere.radius, 0.05);
-      const int divisions =
-          static_cast<int>(std::clamp(std::ceil(size / (fraction * distance)),
-                                      std::min(kMinDivisions * kCellFraction / fraction, most), std::min(double{kMaxDivisions}, most)));
+      const int divisions = static_cast<int>(std::clamp(std::ceil(size / (fraction * distance)),
+                                                        std::min(kMinDivisions * kCellFraction / fraction, most),
+                                                        std::min(double{kMaxDivisions}, most)));
       append_cells(patch, a, divisions, cells);
     }
   const std::vector<Aperture> list(apertures.begin(), apertures.end());
