@@ -94,7 +94,7 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
   return lights;
 }
 
-/// Divisions of a patch: its side by kCellFraction times the distance to the sphere. The transmittance of several panes
+/// Divisions of a patch: its side by that fraction of the distance to the sphere. The transmittance of several panes
 /// in series is that of all, divided among them by their number.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid, double fraction) {

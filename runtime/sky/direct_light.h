@@ -55,7 +55,7 @@ struct ApertureCell {
 
 constexpr double kCellFraction = 0.125; ///< of the distance to what is lit: how wide window cells are
 /// Cells no wider than about that fraction of the distance to the sphere, at most 24 x 24 per quadrilateral and with
-/// kCellFraction at least 6 x 6.
+/// kCellFraction at least 6 x 6, with twice it 3 x 3.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid, double fraction = kCellFraction);
 

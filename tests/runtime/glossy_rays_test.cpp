@@ -248,6 +248,29 @@ TEST(RoomSeen, the_last_ray_of_a_sample_finds_the_room_below_an_object_lit) {
   EXPECT_NEAR(rays[1].radiance.g, kRoom, 0.02f * kRoom);
 }
 
+TEST(RoomSeen, the_last_ray_of_a_sample_finds_no_sky_that_the_room_hides) {
+  GlossyScene scene(metal(0.0f), {}, test::box_window(), 30.0f);
+  Surrounded& s = scene.room;
+  test::add_block(s.volume.room, {0.01, 3.4, 0.01}, {3.99, 3.5, 2.2}, 0); // a screen before the window
+  s.rays = *RayScene::build(s.volume.room);
+  s.room_light = RoomLight(s.volume.room, s.rays, s.sampler);
+  s.room_light.set_frame(s.field, s.pyramid, s.cells, {});
+  s.change = IndirectShadow(s.volume.room, s.rays, test::box_window(), s.room_light);
+  s.place(scene.middle, 0.0f);
+  const RoomSeen& plain = *scene.seen;
+  const RoomSeen seen{plain.room, plain.rays,    plain.light,   &s.change, plain.pyramid,
+                      plain.sun,  plain.windows, plain.objects, nullptr};
+  std::array<RoomRay, 1> ray;
+  ray[0].ray = {{2.0, 1.5, 0.05}, {0.0f, 0.0f, -1.0f}};
+  ray[0].past_objects = true;
+  seen.find_ends(ray);
+  ASSERT_TRUE(ray[0].end);
+  seen.find_radiance(ray);
+  EXPECT_GT(s.room_light.evaluate(ray[0].end->triangle, {2.0, 1.5, 0.0}, {0, 0, -1}).open_sky_irradiance.g,
+            0.3f * kRoom);
+  EXPECT_NEAR(ray[0].radiance.g, kRoom, 0.02f * kRoom);
+}
+
 TEST(GlossyRays, an_occlusion_texture_takes_indirect_light_of_the_diffuse_part_only) {
   for (const bool glossy : {false, true}) {
     ObjectMaterial m;

@@ -39,20 +39,5 @@ TEST(RoomInMirrors, on_a_board_below_a_window_the_light_is_as_it_is_there) {
   EXPECT_LT(worst_beside_window(s, 4.72, 4.98), 0.01);
 }
 
-TEST(RoomInMirrors, past_the_objects_the_room_is_as_it_is_without_them) {
-  // Under a black ball that stands close above the floor and hides the windows from it.
-  Surrounded s(0.3f, test::box_window(), 3.0f);
-  s.mesh.reflectance.assign(s.mesh.reflectance.size(), Rgb(0.0f));
-  s.place({2.0, 3.0, 0.31}, 0.0f);
-  const glm::dvec3 x(2.0, 2.9, 0.0), down(0.0, 0.0, -1.0);
-  const std::uint32_t floor = s.floor_at({2.0, 2.0, 0.0});
-  const RoomIrradiance with = s.change.irradiance_without_sun(floor, x, down),
-                       without = s.change.irradiance_without_sun(floor, x, down, false);
-  const RoomPoint open = s.room_light.evaluate(floor, x, down);
-  EXPECT_LT(with.now.g, 0.5f * with.before.g);
-  EXPECT_EQ(without.now, without.before);
-  EXPECT_NEAR(without.now.g, open.indirect_irradiance.g + open.open_sky_irradiance.g, 0.02f * without.now.g);
-}
-
 } // namespace
 } // namespace daylit
