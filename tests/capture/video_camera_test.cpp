@@ -147,6 +147,12 @@ protected:
         return std::move(**frame);
     return std::nullopt;
   }
+  /// Drivers and libv4l2 take as long as they like to open a device.
+  static std::string trouble_of(const FrameSource& source) {
+    for (const double end = wall_seconds() + 10; wall_seconds() < end && source.report().trouble.empty();)
+      std::this_thread::sleep_for(5ms);
+    return source.report().trouble;
+  }
   static void expect_untouched(const CameraFrame& f, std::size_t bytes_per_pixel) {
     ASSERT_EQ(f.bytes.size(), kWidth * kHeight * bytes_per_pixel);
     std::size_t wrong = 0;
@@ -226,8 +232,8 @@ TEST_F(VideoCameraTest, what_it_cannot_do_is_said) {
   for (const auto& [name, words] : {std::pair{"BayerRG12", "does not send"}, {"Mono13", "is not read"}}) {
     s.pixel_format = name;
     const auto source = open(s);
+    EXPECT_NE(trouble_of(*source).find(words), std::string::npos) << source->report().trouble;
     EXPECT_FALSE(frame_of(*source, 0.3));
-    EXPECT_NE(source->report().trouble.find(words), std::string::npos) << source->report().trouble;
   }
   s = settings();
   s.packet_bytes = 8000;
@@ -236,8 +242,8 @@ TEST_F(VideoCameraTest, what_it_cannot_do_is_said) {
   s.camera = "/dev/null";
   const auto source = open_camera(s);
   ASSERT_TRUE(source);
+  EXPECT_NE(trouble_of(**source), "");
   EXPECT_FALSE(frame_of(**source, 0.3));
-  EXPECT_FALSE((*source)->report().trouble.empty());
 }
 
 } // namespace
