@@ -50,7 +50,8 @@ public:
   LaneMask occluded(LaneMask lanes, const RayPacket16& rays) const;
   /// Nearest hits of `lanes`; the other lanes are kNoTriangle.
   void closest(LaneMask lanes, const RayPacket16& rays, RayHits16& hits) const;
-  /// Every hit of `lanes`, in no order. The scene must be built for it.
+  /// Every hit of `lanes`, in no order. The scene must be built for it. The coordinates of their directions have the
+  /// same signs: of a packet of several octants Embree 3.13 tells some hits twice.
   void all(LaneMask lanes, const RayPacket16& rays, HitVisitor& visitor) const;
   bool empty() const { return empty_; }
 

@@ -14,6 +14,7 @@ namespace {
 // A float coordinate of a re-centred scene of half extent h is off by up to h * 2^-24, a hit point by a few of these.
 constexpr float kOffsetUlps = 32.0f / 16777216.0f;
 
+/// Without vectors of sixteen, Embree 3.13 looks at `valid` no more and traces every lane that is not empty.
 void load(const RayPacket16& from, int count, RTCRay16& to, int* valid) {
   std::memcpy(to.org_x, from.org_x, sizeof(from.org_x));
   std::memcpy(to.org_y, from.org_y, sizeof(from.org_y));
@@ -26,6 +27,8 @@ void load(const RayPacket16& from, int count, RTCRay16& to, int* valid) {
   std::memset(to.time, 0, sizeof(to.time));
   for (int k = 0; k < 16; ++k) {
     valid[k] = k < count ? -1 : 0;
+    if (k >= count)
+      to.tnear[k] = 0.0f, to.tfar[k] = -1.0f;
     to.mask[k] = 0xFFFFFFFFu;
     to.id[k] = 0;
     to.flags[k] = 0;

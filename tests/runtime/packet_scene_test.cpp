@@ -1,5 +1,9 @@
 // Rays in packets against meshes that move, and what of the lights a point sees by them.
 
+#include <array>
+#include <cmath>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include <glm/geometric.hpp>
@@ -70,6 +74,47 @@ TEST(PacketScene, rays_meet_of_a_moved_or_transformed_mesh_what_they_meet_of_one
     }
   }
   EXPECT_GT(met, 100);
+}
+
+/// A processor without vectors of sixteen takes another way through Embree: run these on one of each.
+TEST(RayPackets, lanes_that_are_not_asked_for_may_hold_anything) {
+  const std::vector<glm::dvec3> corners{{-1, -1, 1}, {1, -1, 1}, {0, 1, 1}};
+  const std::vector<std::array<std::uint32_t, 3>> triangle{{0, 1, 2}};
+  const auto room = RayScene::build(corners, triangle);
+  const auto objects = PacketScene::build(std::vector<glm::vec3>(corners.begin(), corners.end()), triangle,
+                                          PacketScene::Edges::quick, PacketScene::Hits::all_too);
+  ASSERT_TRUE(room && objects);
+  struct Count final : HitVisitor {
+    std::array<int, kLanes> met{};
+    void meet(int lane, std::uint32_t, float, float, float) override { ++met[static_cast<std::size_t>(lane)]; }
+  };
+  for (const int count : {1, 5, 8, 9, 15, 16}) {
+    RayPacket16 rays;
+    for (std::size_t k = 0; k < kLanes; ++k)
+      if (k < static_cast<std::size_t>(count))
+        rays.set(k, -glm::vec3(room->origin()), {0.0f, 0.0f, k % 2 ? -1.0f : 1.0f}, 0.0f, 10.0f);
+      else
+        rays.set(k, -glm::vec3(room->origin()), {0.0f, 0.0f, k % 2 ? NAN : 1.0f}, k % 4 < 2 ? -5.0f : 0.0f, 10.0f);
+    const LaneMask asked = (1u << count) - 1u, met = asked & 0x5555u;
+    std::array<std::uint32_t, 16> which{};
+    RayHits16 hits;
+    EXPECT_EQ(room->occluded16(rays, count), met) << count;
+    EXPECT_EQ(room->closest16(rays, count, which), met) << count;
+    EXPECT_EQ(room->closest16(rays, count, hits), met) << count;
+    for (std::size_t k = 0; k < kLanes; ++k)
+      rays.org_z[k] = 0.0f, rays.org_x[k] = 0.0f, rays.org_y[k] = 0.0f;
+    EXPECT_EQ(objects->occluded(asked, rays), met) << count;
+    objects->closest(asked, rays, hits);
+    Count each;
+    for (std::size_t k = 0; k < kLanes; ++k)
+      if (k % 2 && asked >> k & 1u)
+        rays.dir_z[k] = 1.0f, rays.dir_x[k] = 9.0f; // beside it
+    objects->all(asked, rays, each);
+    for (std::size_t k = 0; k < kLanes; ++k) {
+      EXPECT_EQ(hits.triangle[k] != kNoTriangle, (met >> k & 1u) != 0) << count;
+      EXPECT_EQ(each.met[k], static_cast<int>(met >> k & 1u)) << count;
+    }
+  }
 }
 
 TEST(SeePoint, a_sheet_shades_the_floor_at_its_very_foot) {
