@@ -21,14 +21,12 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
   if (empty())
     return result;
   const int column = x / kBlockSide, row = y / kBlockSide;
-  if (layer == Layer::room && shows_edge(column, row))
-    return result; // object and room may touch there
   const float s = static_cast<float>(x % kBlockSide) / kBlockSide, t = static_cast<float>(y % kBlockSide) / kBlockSide;
   const float weight[4] = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
   SkyFractions mixed{Rgb(0.0f), Rgb(0.0f)};
   FractionRange range;
   float sum = 0.0f;
-  bool by_another_part = false, hidden = false; // here surfaces may touch
+  bool soft = layer == Layer::room, by_another_part = false, hidden = false; // here surfaces may touch
   for (int k = 0; k < 4; ++k) {
     const int u = column + (k & 1), v = row + (k >> 1);
     if (!blocks_.contains(u, v))
@@ -44,13 +42,17 @@ SamplingGrid::Interpolated SamplingGrid::interpolate(Layer layer, int x, int y, 
     mixed.past_room += weight[k] * g.sky.past_room;
     mixed.past_both += weight[k] * g.sky.past_both;
     sum += weight[k];
+    soft = soft && g.is_soft;
     range.include(g.sky.past_both);
   }
+  soft = soft && sum >= kLeastWeight;
+  if (layer == Layer::room && shows_edge(column, row) && !soft)
+    return result; // object and room may touch there
   // The room beside an object: what its hidden corners would say is the shadow where both touch. So does a part of an
   // object beside another.
   result.is_between = sum > kWholeWeight && !hidden;
   const float wanted = layer == Layer::room || by_another_part ? kWholeWeight : kLeastWeight;
-  if (sum < wanted || hidden || range.width() > kSteep)
+  if (!soft && (sum < wanted || hidden || range.width() > kSteep))
     return result;
   result.sky = {mixed.past_room / sum, mixed.past_both / sum};
   result.is_known = true;

@@ -218,6 +218,7 @@ std::uint64_t SamplingGrid::evaluate(const Visibility& visibility, const Sampled
       const int x0 = blocks_.x0 + tile % across * kTile, y0 = blocks_.y0 + tile / across * kTile;
       rays += evaluate_tile(visibility, PixelBox{x0, y0, x0 + kTile, y0 + kTile}.common(blocks_), coarse);
     });
+  soften(picture);
   return rays;
 }
 

@@ -7,7 +7,8 @@
 // point of a row and column is coarse and always evaluated. A fine point between coarse ones that nearly agree takes
 // their mean; else it is evaluated, but only for the lights that they disagree on. How wide a shadow is depends on the
 // objects, not on the picture: where they are small in it every point is coarse, and where they are tiny there is no
-// grid.
+// grid. On the room, far behind the objects, where the shadows of few lights would be seen one by one, points are meant
+// with their neighbours (soften_grid.cpp).
 
 #include <array>
 #include <vector>
@@ -21,6 +22,7 @@ struct GridPoint {
   PixelSurface surface;
   bool evaluated = false; ///< its lights were looked at one by one: SamplingGrid knows them
   SkyFractions sky;
+  bool is_soft = false; ///< of the room, so far behind the objects that no shadow there is narrower than the grid
 };
 
 class SamplingGrid {
@@ -90,6 +92,13 @@ private:
   bool is_beside_another_part(int column, int row) const;
   bool interpolate_fine(Layer layer, int column, int row, std::vector<const KnownLights*>& neighbours);
   std::uint64_t evaluate_tile(const Visibility& visibility, const PixelBox& tile, bool coarse);
+
+  void soften(const SampledPicture& picture);
+  struct Mean {
+    Rgb value{0.0f};
+    float weight = 0.0f;
+  };
+  Mean mean_along(const glm::ivec2& step, std::span<const Rgb> values, float reach, int column, int row) const;
 
   class Collector;
   int stride_ = 2;                       ///< blocks between coarse points, 1 or 2

@@ -127,6 +127,8 @@ struct SampledPicture {
   float radius = 0.0f;       ///< of a sphere around the objects, metres
   float radius_px = 0.0f;    ///< how large it appears
   std::size_t sky_lights = 0, sun_lights = 0;
+  float light_spacing = 0.0f;          ///< mean angle of a light of the sky to the nearest other, radians
+  glm::vec3 low{0.0f}, high{0.0f};     ///< box around the objects
   std::span<const glm::ivec2> outline; ///< pixels in which an object ends or bends sharply
 };
 

@@ -67,9 +67,19 @@ SampledPicture PictureShader::sampled_picture(const TracedScene& scene, const Vi
   for (std::size_t k = 0; k < view.edge_pixels(); ++k)
     outline_.push_back(view.edge_pixel(k));
   const ShadowCasters casters = scene.casters();
-  return {
-      view.block_columns(), view.block_rows(), box,     casters.radius, view.radius_px(casters.centre, casters.radius),
-      scene.sky.size(),     scene.sun.size(),  outline_};
+  SampledPicture picture;
+  picture.columns = view.block_columns();
+  picture.rows = view.block_rows();
+  picture.box = box;
+  picture.radius = casters.radius;
+  picture.radius_px = view.radius_px(casters.centre, casters.radius);
+  picture.sky_lights = scene.sky.size();
+  picture.sun_lights = scene.sun.size();
+  picture.light_spacing = scene.sky.spacing;
+  picture.low = casters.low;
+  picture.high = casters.high;
+  picture.outline = outline_;
+  return picture;
 }
 
 /// Those that receive, and those of the objects.
@@ -127,6 +137,19 @@ std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
     if (!room.is_window(room.triangles[i]))
       list.push_back(i);
   return list;
+}
+
+/// Mean over the lights of the angle to the nearest other, radians.
+float light_spacing(std::span<const DirectionalLight> lights) {
+  double sum = 0.0;
+  for (const DirectionalLight& a : lights) {
+    double nearest2 = 4.0;
+    for (const DirectionalLight& b : lights)
+      if (&a != &b)
+        nearest2 = std::min(nearest2, glm::dot(a.direction - b.direction, a.direction - b.direction));
+    sum += std::sqrt(nearest2);
+  }
+  return lights.size() < 2 ? 0.0f : static_cast<float>(sum / static_cast<double>(lights.size()));
 }
 
 // Parts of an object further apart in depth than this fraction of its radius are shaded separately where they meet.
@@ -284,6 +307,7 @@ Result<void> TracedRenderer::set_lights(const LightSet& lights) {
   for (auto [group, list] : {std::pair{&scene.sky, &lights.sky}, {&scene.sun, &lights.sun}}) {
     group->portal = PortalLights(*list, s.apertures, scene.origin);
     group->cone = bounding_cone(*list);
+    group->spacing = light_spacing(*list);
   }
   scene.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)

@@ -136,6 +136,34 @@ TEST(SamplingGrid, a_block_that_shows_the_outline_of_an_object_takes_nothing_of_
   EXPECT_TRUE(at(grid, 45, 22).is_known) << "the next block";
 }
 
+TEST(SamplingGrid, shadows_of_few_lights_are_joined_as_far_behind_the_objects_as_they_fall_apart) {
+  // Stripes of 8 cm: what is in the shadow of the one light and not of the next.
+  const auto stripes = [](const glm::vec3& p) {
+    return Rgb(static_cast<int>(std::lround(100.0f * p.x)) / 8 % 2 ? 0.8f : 1.0f);
+  };
+  const Floor floor(stripes);
+  const std::array<glm::ivec2, 1> outline{{{42, 41}}};
+  SampledPicture p = picture(100.0f);
+  p.outline = outline;
+  p.light_spacing = 0.15f;
+  p.low = p.high = {0.5f, 0.4f, 2.0f};
+  SamplingGrid grid;
+  grid.evaluate(floor, p);
+  for (int y = 0; y < (kRows - 1) * kSide; ++y)
+    for (int x = 16; x < (kColumns - 5) * kSide; ++x) {
+      const auto known = at(grid, x, y);
+      ASSERT_TRUE(known.is_known) << "where an object's outline shows before it, too: " << x << ", " << y;
+      ASSERT_NEAR(known.sky.past_both.g, 0.9f, 0.02f) << x << ", " << y;
+      ASSERT_EQ(known.sky.past_room.g, 1.0f);
+    }
+  p.low = {0.0f, 0.0f, 0.0f};
+  p.high = {0.3f, 0.8f, 2.0f};
+  grid.evaluate(floor, p);
+  for (int x = 0; x < 28; x += kSide)
+    EXPECT_EQ(at(grid, x, 20).sky.past_both, stripes(Floor::position(x, 20)))
+        << "where they fall together nothing is changed";
+}
+
 /// Terraces 2 cm high, one block wide: all points of the grid face the same way.
 class Terraces final : public Visibility {
 public:
