@@ -19,10 +19,13 @@ namespace daylit {
 namespace {
 
 constexpr int kSamples = 4;
+constexpr float kApart = 0.125f; // between neighbours of sixty-four points in the unit square
 // Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
-constexpr float kEdge = 0.25f; // a larger step between neighbours, of the brighter one, is smoothed
+constexpr float kEdge = 0.25f;  // a larger step between neighbours, of the brighter one, is smoothed
+constexpr int kFinerRounds = 2; // of pixels traced again
+constexpr float kSteep = 2.0f;  // a step between neighbours, of the mean of what is mirrored, from which on they are
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
@@ -34,14 +37,23 @@ constexpr float kBrighter = 10.0f;
 /// Of sixteen, each once in a square of four by four pixels.
 int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
 
+/// Interleaved gradient noise (Jimenez 2014), 0 to 1: unlike in neighbouring pixels.
+float noise(int x, int y) {
+  return glm::fract(52.9829189f *
+                    glm::fract(0.06711056f * static_cast<float>(x) + 0.00583715f * static_cast<float>(y)));
+}
+
 /// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
-/// square of four by four pixels has all. The same in every frame: a still scene does not flicker.
+/// square of four by four pixels has all. In each pixel they are moved by as much as they lie apart (Cranley and
+/// Patterson 1976): else each of the sixty-four shows an image of its own, side by side with the next. The same in
+/// every frame: a still scene does not flicker.
 glm::vec2 lobe_place(int x, int y, int sample) {
   const int n = kSamples * kSamples * sample + ((pattern_of(x, y) + sample) & 15);
   int mirrored = 0;
   for (int bit = 0; bit < 6; ++bit)
     mirrored |= (n >> bit & 1) << (5 - bit);
-  return (glm::vec2(n, mirrored) + 0.5f) / 64.0f;
+  const glm::vec2 shift(noise(x, y) - 0.5f, noise(x + 47, y + 17) - 0.5f);
+  return glm::fract((glm::vec2(n, mirrored) + 0.5f) / 64.0f + kApart * shift);
 }
 
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
@@ -51,6 +63,8 @@ struct GlossyPixel {
   glm::vec3 normal{0.0f};
   float alpha = 0.0f;
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
+  bool opaque = true;           ///< nothing goes through
+  bool fine = false;            ///< traced again at four places
   float samples = 0.0f;         ///< rays of the camera that met an object, whose light is summed up here
 
   void average() {
@@ -87,6 +101,8 @@ public:
   GlossyCounts paint(const PhotoScale& scale) {
     pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
     for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
+    for (int k = 0; k < kFinerRounds && mark_steep(); ++k)
+      for_pixels([&](int x, int y, Queue& queue) { trace_finer(x, y, queue); });
     std::atomic<std::uint64_t> count = 0;
     parallel_for(box_.y0, box_.y1, [&](int y) { count += write_row(y, scale); });
     return {count, ray_count_};
@@ -138,11 +154,12 @@ private:
     if (coverage >= 1.0f)
       add(x, y, queue);
     else if (coverage > 0.0f)
-      add_four(x, y, queue);
+      add_four(x, y, true, queue);
   }
   /// Of what a narrow lobe shows.
   using Light = Rgb GlossyPixel::*;
-  bool is_edge(int x, int y, const GlossyPixel& p, Light light) const {
+  /// A neighbour differs by more than kEdge of the brighter one, and by `least`.
+  bool is_edge(int x, int y, const GlossyPixel& p, Light light, float least = 0.0f) const {
     constexpr std::array<glm::ivec2, 4> kBeside{glm::ivec2(1, 0), glm::ivec2(-1, 0), glm::ivec2(0, 1),
                                                 glm::ivec2(0, -1)};
     return std::ranges::any_of(kBeside, [&](const glm::ivec2& d) {
@@ -150,8 +167,45 @@ private:
         return false;
       const GlossyPixel& q = pixels_[in_box(x + d.x, y + d.y)];
       const float a = luminance(p.*light), b = luminance(q.*light);
-      return q.part != kNoPart && std::fabs(a - b) > kEdge * std::max(a, b);
+      return q.part != kNoPart && std::fabs(a - b) > std::max(kEdge * std::max(a, b), least);
     });
+  }
+
+  float mean_mirrored() const {
+    float sum = 0.0f, count = 0.0f;
+    for (const GlossyPixel& p : pixels_)
+      if (p.part != kNoPart) {
+        sum += luminance(p.radiance + p.coat);
+        count += 1.0f;
+      }
+    return sum / std::max(count, 1.0f);
+  }
+  /// Mirrors that bend show a window in lines narrower than a pixel, which one ray meets here and there. The pixels
+  /// that do and those beside them are traced again, and in the next round those that then turn out to be beside one.
+  bool mark_steep() {
+    const float least = kSteep * mean_mirrored();
+    finer_.assign(pixels_.size(), 0);
+    std::atomic<bool> any = false;
+    parallel_for(box_.y0, box_.y1, [&](int y) {
+      for (int x = box_.x0; x < box_.x1; ++x) {
+        const GlossyPixel& p = pixels_[in_box(x, y)];
+        if (p.part == kNoPart || p.fine || !p.opaque || composite_.coverage[index(x, y)] < 1.0f)
+          continue;
+        if ((p.alpha < kWideAlpha && is_edge(x, y, p, &GlossyPixel::radiance, least)) ||
+            (p.coat != Rgb(0.0f) && is_edge(x, y, p, &GlossyPixel::coat, least))) {
+          finer_[in_box(x, y)] = 1;
+          any = true;
+        }
+      }
+    });
+    return any;
+  }
+  void trace_finer(int x, int y, Queue& queue) {
+    if (!finer_[in_box(x, y)])
+      return;
+    pixels_[in_box(x, y)] = {};
+    pixels_[in_box(x, y)].fine = true;
+    add_four(x, y, false, queue);
   }
 
   void add(int x, int y, Queue& queue) {
@@ -159,11 +213,11 @@ private:
     for (int k = 0; k < kSamples; ++k)
       queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
   }
-  void add_four(int x, int y, Queue& queue) {
+  void add_four(int x, int y, bool beside_room, Queue& queue) {
     for (int k = 0; k < kSamples; ++k) {
       const std::size_t ray = next(x, y, kPlaces[static_cast<std::size_t>(k)], queue);
       queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
-      queue.beside_room = true;
+      queue.beside_room = queue.beside_room || beside_room;
     }
   }
   /// Room for one more ray of the camera.
@@ -221,6 +275,7 @@ private:
       pixel[k]->occluded += light[k].occluded;
       pixel[k]->normal = light[k].normal;
       pixel[k]->alpha = light[k].alpha;
+      pixel[k]->opaque = light[k].opaque;
     }
   }
   WorldRay camera_ray(int x, int y, const glm::vec2& place) const {
@@ -274,7 +329,7 @@ private:
     return with_smooth_edges(x, y, p, &GlossyPixel::radiance);
   }
   Rgb with_smooth_edges(int x, int y, const GlossyPixel& p, Light light) const {
-    if (composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p, light))
+    if (p.fine || composite_.coverage[index(x, y)] < 1.0f || !is_edge(x, y, p, light))
       return p.*light;
     return mean_around(
         x, y, kEdgeTaps, [&](const GlossyPixel& q) { return q.part == p.part ? 1.0f : 0.0f; },
@@ -305,6 +360,7 @@ private:
   Composite& composite_;
   const PixelBox box_;
   std::vector<GlossyPixel> pixels_; ///< in the box
+  std::vector<std::uint8_t> finer_; ///< the same: to be traced again
   std::atomic<std::uint64_t> ray_count_{0};
 };
 

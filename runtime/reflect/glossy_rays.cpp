@@ -349,6 +349,7 @@ std::uint64_t GlossyRays::look(std::span<const CameraPoint> points, std::span<Gl
     const Surface s = surface(points[k].ray, point, points[k].width_m, kAllColours);
     lights[k] = {s.bsdf.diffuse_albedo(s.out), Rgb(0.0f),          Rgb(1.0f), Rgb(0.0f),
                  s.material.emission,          occluded(point, s), s.normal,  0.0f};
+    lights[k].opaque = s.material.transmission == 0.0f;
     const ObjectMaterial* m = material(point);
     if (m && (m->normal_texture || m->is_glossy()) && lights[k].diffuse != Rgb(0.0f))
       shade_relief(point, s, lights[k]);

@@ -52,6 +52,7 @@ struct GlossyLight {
   Rgb occluded{0.0f};
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
+  bool opaque = true;     ///< nothing goes through
 };
 
 /// From this slope on a lobe takes several rays, which neighbouring pixels share. Below, it shows sharp pictures.
