@@ -216,7 +216,7 @@ TEST(Session, a_dense_object_is_drawn_as_a_coarse_one_of_the_same_shape) {
     test::write_ply(studio.config.objects[0].model, test::torus(0.15f, 0.07f, around, across));
     return *studio.render(Backend::rays);
   };
-  const Frame coarse = drawn(160, 80), dense = drawn(400, 200); // one sends light at each vertex, the other at some
+  const Frame coarse = drawn(160, 80), dense = drawn(240, 120);
   double square = 0.0, mean = 0.0, count = 0.0;
   for (std::size_t i = 0; i < coarse.composite.coverage.size(); ++i)
     if (coarse.composite.coverage[i] >= 1.0f && dense.composite.coverage[i] >= 1.0f) {
