@@ -18,6 +18,7 @@ struct TorusScene {
   SkyMap sky = overcast_sky();
   std::optional<DetectedSun> sun;
   RenderCamera camera = look_at({3.0, 4.6, 1.1}, {2.0, 3.4, 0.2}, kWidth, kHeight, 0.6);
+  int samples = 64; ///< of the sky
   std::vector<SkyMap> pyramid;
   LightSet lights;
   std::vector<ApertureCell> cells;
@@ -25,7 +26,7 @@ struct TorusScene {
   Result<RenderedFrame> render(PictureRenderer& renderer) {
     pyramid = sky_map_pyramid(sky);
     const BoundingSphere sphere = object.bounds();
-    lights = sample_lights(sky, sun, windows, sphere, 64);
+    lights = sample_lights(sky, sun, windows, sphere, samples);
     cells = aperture_cells(windows, sphere, pyramid);
     const std::vector<Rgb> open = open_sky_irradiance(pyramid, cells, object.positions, object.normals);
     std::vector<VertexLight> light(open.size());
