@@ -31,10 +31,10 @@ SamplingGrid::Mean SamplingGrid::mean_along(const glm::ivec2& step, std::span<co
       const int u = column + side * k * step.x, v = row + side * k * step.y;
       if (!blocks_.contains(u, v))
         break;
-      const PixelSurface& there = at(Layer::room, u, v).surface;
-      if (!is_valid_for(at(Layer::room, u, v), Layer::room, here.position, here.normal))
+      const GridPoint& there = at(Layer::room, u, v);
+      if (!is_valid_for(there, Layer::room, here.position, here.normal))
         continue;
-      const float weight = 1.0f - glm::distance(there.position, here.position) / reach;
+      const float weight = 1.0f - glm::distance(there.surface.position, here.position) / reach;
       if (weight <= 0.0f)
         break;
       mean.value += weight * values[block_index(u, v)];
@@ -44,7 +44,8 @@ SamplingGrid::Mean SamplingGrid::mean_along(const glm::ivec2& step, std::span<co
   return mean;
 }
 
-/// One pass along the rows, one along the columns, of the part of the light that the objects take.
+/// One pass along the rows, one along the columns, of the part that the objects take of what comes past the room:
+/// beside a shadow of the room no point loses more than it has.
 void SamplingGrid::soften(const SampledPicture& picture) {
   const std::size_t count = points_.size() / 2;
   std::vector<Rgb> lost(count, Rgb(0.0f)), across(count, Rgb(0.0f));
@@ -61,7 +62,9 @@ void SamplingGrid::soften(const SampledPicture& picture) {
     if (!g.surface.receives)
       return;
     const glm::vec3& x = g.surface.position;
-    lost[i] = g.sky.past_room - g.sky.past_both;
+    for (int c = 0; c < 3; ++c)
+      if (g.sky.past_room[c] > 0.0f)
+        lost[i][c] = 1.0f - g.sky.past_both[c] / g.sky.past_room[c];
     reach[i] = kSpacings * picture.light_spacing * glm::distance(x, glm::clamp(x, picture.low, picture.high));
   });
   for_points([&](int column, int row, std::size_t i) {
@@ -73,7 +76,7 @@ void SamplingGrid::soften(const SampledPicture& picture) {
       return;
     GridPoint& g = points_[index(Layer::room, column, row)];
     const Mean mean = mean_along({0, 1}, across, reach[i], column, row);
-    g.sky.past_both = g.sky.past_room - mean.value;
+    g.sky.past_both = g.sky.past_room * (1.0f - mean.value);
     g.is_soft = mean.weight >= kSoftWeight;
   });
 }

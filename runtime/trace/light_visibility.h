@@ -52,7 +52,7 @@ struct ShadowCasters {
 struct TracedLights {
   PortalLights portal;
   LightCone cone;
-  float spacing = 0.0f; ///< mean angle of a light to the nearest other, radians
+  float spacing = 0.0f; ///< of the sky's: mean angle of a light to the nearest other, radians
   /// Per light: the room can stand between the objects and it.
   std::vector<std::uint8_t> room_may_block;
   bool room_may_block_any = false;

@@ -307,8 +307,8 @@ Result<void> TracedRenderer::set_lights(const LightSet& lights) {
   for (auto [group, list] : {std::pair{&scene.sky, &lights.sky}, {&scene.sun, &lights.sun}}) {
     group->portal = PortalLights(*list, s.apertures, scene.origin);
     group->cone = bounding_cone(*list);
-    group->spacing = light_spacing(*list);
   }
+  scene.sky.spacing = light_spacing(lights.sky);
   scene.sun_normal_irradiance = Rgb(0.0f);
   for (const DirectionalLight& l : lights.sun)
     scene.sun_normal_irradiance += l.irradiance;

@@ -14,7 +14,7 @@
 #include "runtime/shading/lane_kernels.h"
 #include "runtime/shading/sampling_grid.h"
 #include "scene/room/aperture.h"
-#include "test_scene.h"
+#include "torus_scene.h"
 
 namespace daylit {
 namespace {
@@ -26,8 +26,10 @@ constexpr float kPixel_m = 0.01f;
 class Floor final : public Visibility {
 public:
   /// `open`: past the room alone.
-  explicit Floor(std::function<Rgb(const glm::vec3&)> fraction, float open = 1.0f)
-      : fraction_(std::move(fraction)), open_(open) {}
+  explicit Floor(
+      std::function<Rgb(const glm::vec3&)> fraction,
+      std::function<float(const glm::vec3&)> open = [](const glm::vec3&) { return 1.0f; })
+      : fraction_(std::move(fraction)), open_(std::move(open)) {}
   mutable std::atomic<int> evaluated{0};
 
   PixelSurface surface(Layer layer, int x, int y, bool) const override {
@@ -41,7 +43,8 @@ public:
     set.blocked.verdicts.resize(3);
     for (int k = 0; k < kLanes; ++k)
       if (set.points.lanes >> k & 1u) {
-        set.sky[k] = {Rgb(open_), fraction_({set.points.x[k], set.points.y[k], set.points.z[k]})};
+        const glm::vec3 p(set.points.x[k], set.points.y[k], set.points.z[k]);
+        set.sky[k] = {Rgb(open_(p)), fraction_(p)};
         ++evaluated;
       }
     return 0;
@@ -56,7 +59,7 @@ public:
 
 private:
   std::function<Rgb(const glm::vec3&)> fraction_;
-  float open_;
+  std::function<float(const glm::vec3&)> open_;
 };
 
 SampledPicture picture(float radius_px) {
@@ -76,7 +79,8 @@ SamplingGrid::Interpolated at(const SamplingGrid& grid, int x, int y) {
 
 TEST(SamplingGrid, a_smooth_light_is_evaluated_at_coarse_points_and_interpolated_between) {
   // A ramp is interpolated exactly.
-  const Floor floor([](const glm::vec3& p) { return Rgb(0.9f - 0.01f * p.x, 0.9f - 0.02f * p.y, 0.9f); }, 0.9f);
+  const Floor floor([](const glm::vec3& p) { return Rgb(0.9f - 0.01f * p.x, 0.9f - 0.02f * p.y, 0.9f); },
+                    [](const glm::vec3&) { return 0.9f; });
   SamplingGrid grid;
   grid.evaluate(floor, picture(100.0f));
   EXPECT_LT(floor.evaluated, kColumns * kRows / 4 + kColumns + kRows)
@@ -126,7 +130,7 @@ TEST(SamplingGrid, an_edge_in_any_one_channel_is_not_interpolated) {
 }
 
 TEST(SamplingGrid, a_block_that_shows_the_outline_of_an_object_takes_nothing_of_the_room_from_its_corners) {
-  const Floor floor([](const glm::vec3&) { return Rgb(0.8f); }, 0.8f);
+  const Floor floor([](const glm::vec3&) { return Rgb(0.8f); }, [](const glm::vec3&) { return 0.8f; });
   const std::array<glm::ivec2, 1> outline{{{42, 21}}};
   SampledPicture p = picture(100.0f);
   p.outline = outline;
@@ -162,6 +166,50 @@ TEST(SamplingGrid, shadows_of_few_lights_are_joined_as_far_behind_the_objects_as
   for (int x = 0; x < 28; x += kSide)
     EXPECT_EQ(at(grid, x, 20).sky.past_both, stripes(Floor::position(x, 20)))
         << "where they fall together nothing is changed";
+}
+
+TEST(SamplingGrid, beside_a_shadow_of_the_room_no_point_loses_more_than_it_has) {
+  const auto open = [](const glm::vec3& p) { return p.x < 0.5f ? 1.0f : 0.1f; };
+  const Floor floor([&](const glm::vec3& p) { return Rgb(p.x < 0.5f ? 0.5f : 0.1f); }, open);
+  SampledPicture p = picture(100.0f);
+  p.light_spacing = 0.15f;
+  p.low = p.high = {0.5f, 0.4f, 2.0f};
+  SamplingGrid grid;
+  grid.evaluate(floor, p);
+  for (int x = 0; x < (kColumns - 1) * kSide; x += kSide) {
+    const SkyFractions sky = at(grid, x, 20).sky;
+    EXPECT_EQ(sky.past_room.g, open(Floor::position(x, 20)));
+    EXPECT_GT(sky.past_both.g, 0.0f) << x;
+    EXPECT_LE(sky.past_both.g, sky.past_room.g) << x;
+  }
+}
+
+TEST(SamplingGrid, a_shadow_far_behind_an_object_is_one_and_not_as_many_as_lights) {
+  constexpr int kWide = 256, kHigh = 248;
+  const auto lost = [](int samples, bool use_grid) {
+    test::TorusScene scene;
+    scene.samples = samples;
+    scene.object = test::place(test::torus(0.15f, 0.07f, 160, 80), {1.7, 3.8, 1.3}, 1.2);
+    scene.camera = test::look_at({2.7, 4.8, 1.5}, {1.6, 0.0, 0.9}, kWide, kHigh, 0.6);
+    return *scene.trace(use_grid);
+  };
+  const RenderedFrame truth = lost(2048, false), each = lost(64, false), joined = lost(64, true);
+  double of_each = 0.0, of_joined = 0.0, mean = 0.0;
+  int count = 0;
+  for (int y = 0; y < kHigh; ++y)
+    for (int x = 0; x < kWide; ++x) {
+      const DrawnPixel p = test::at(truth, x, y);
+      if (p.object.w > 0.0f || p.lost_sky.y < 0.01f)
+        continue;
+      of_each += std::pow(static_cast<double>(test::at(each, x, y).lost_sky.y - p.lost_sky.y), 2);
+      of_joined += std::pow(static_cast<double>(test::at(joined, x, y).lost_sky.y - p.lost_sky.y), 2);
+      mean += static_cast<double>(p.lost_sky.y);
+      ++count;
+    }
+  ASSERT_GT(count, 1000);
+  mean /= count;
+  EXPECT_GT(std::sqrt(of_each / count), 0.3 * mean) << "few lights";
+  EXPECT_LT(std::sqrt(of_joined), 0.5 * std::sqrt(of_each));
 }
 
 /// Terraces 2 cm high, one block wide: all points of the grid face the same way.

@@ -225,34 +225,6 @@ ObjectMesh sheet() {
   return mesh;
 }
 
-TEST(TracedRenderer, a_shadow_far_behind_an_object_is_one_and_not_as_many_as_lights) {
-  constexpr int kWide = 256, kHigh = 248;
-  const auto lost = [](int samples, bool use_grid) {
-    Scene scene;
-    scene.samples = samples;
-    scene.object = test::place(test::torus(0.15f, 0.07f, 160, 80), {1.7, 3.8, 1.3}, 1.2);
-    scene.camera = test::look_at({2.7, 4.8, 1.5}, {1.6, 0.0, 0.9}, kWide, kHigh, 0.6);
-    return *scene.trace(use_grid);
-  };
-  const RenderedFrame truth = lost(2048, false), each = lost(64, false), joined = lost(64, true);
-  double of_each = 0.0, of_joined = 0.0, mean = 0.0;
-  int count = 0;
-  for (int y = 0; y < kHigh; ++y)
-    for (int x = 0; x < kWide; ++x) {
-      const DrawnPixel p = at(truth, x, y);
-      if (p.object.w > 0.0f || p.lost_sky.y < 0.01f)
-        continue;
-      of_each += std::pow(static_cast<double>(at(each, x, y).lost_sky.y - p.lost_sky.y), 2);
-      of_joined += std::pow(static_cast<double>(at(joined, x, y).lost_sky.y - p.lost_sky.y), 2);
-      mean += static_cast<double>(p.lost_sky.y);
-      ++count;
-    }
-  ASSERT_GT(count, 1000);
-  mean /= count;
-  EXPECT_GT(std::sqrt(of_each / count), 0.3 * mean) << "few lights";
-  EXPECT_LT(std::sqrt(of_joined), 0.5 * std::sqrt(of_each));
-}
-
 TEST(TracedRenderer, light_behind_a_thin_sheet_does_not_come_through_at_its_foot) {
   Scene scene;
   scene.object = test::place(sheet(), {2.0, 3.3, 0.0});
