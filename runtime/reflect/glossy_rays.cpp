@@ -22,7 +22,9 @@ namespace {
 
 constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
 constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
+constexpr float kPicture = 0.2f;     // of its light to the camera: what brings less is no picture of its own
 constexpr int kFirstSurfaces = 2;    // whose mirror images in glass are all followed
+constexpr int kMostTotal = 48;       // total reflections on one way, beside the surfaces that light leaves by
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 
 /// Points that are looked up one after the other mostly are of one material.
@@ -34,6 +36,12 @@ const Bsdf& bsdf_of(const SurfaceMaterial& material) {
     latest = material;
   }
   return made;
+}
+
+/// Of a face that is seen from inside: all light is reflected, none goes out.
+bool is_alone(std::span<const std::optional<BsdfSample>> lobes) {
+  const auto count = std::ranges::count_if(lobes, [](const auto& lobe) { return lobe.has_value(); });
+  return count == 1 && std::ranges::none_of(lobes, [](const auto& lobe) { return lobe && lobe->transmitted; });
 }
 
 } // namespace
@@ -99,6 +107,7 @@ struct GlossyRays::Branch {
   /// From its origin: to before the surface that it went through, which may lie on the room.
   glm::dvec3 room_from{0.0};
   bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
+  int total = 0;             ///< reflections before that lose nothing, which `depth` does not count
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -131,9 +140,9 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
   return {point.position + room_.objects.offset_m(point.part) * glm::dvec3(face), direction};
 }
 
-/// One ray for the brightest lobe, which stands for those left out, and for each other that brings enough: no light is
-/// lost, and few branches bring enough, since all of a sample bring at most 1 together. What would run on inside after
-/// the last ray leaves somewhere, to all sides: it is as bright as the room's light on the surface here, E / pi.
+/// One ray for the brightest lobe and for each other that brings enough: few do, since all of a sample bring at most 1
+/// together. Those left out, and what would run on inside after the last ray, look somewhere, to all sides: they are as
+/// bright as the room's light on the surface here, E / pi, so that no light is lost.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
                         Work& work) const {
   if (from.depth >= settings_.most_depth)
@@ -142,44 +151,41 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   const glm::vec2 u = glm::fract(place + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
   const auto lobes = s.bsdf.sample_lobes(s.out, u);
   const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
-  std::array<std::size_t, 4> order{0, 1, 2, 3};
-  std::ranges::sort(order, [&](std::size_t a, std::size_t b) { return brings(a) > brings(b); });
-  const std::size_t first = work.next.size();
+  std::size_t brightest = 0;
+  for (std::size_t k = 1; k < lobes.size(); ++k)
+    brightest = brings(k) > brings(brightest) ? k : brightest;
   const float least = from.depth == 0                               ? settings_.least_first
                       : from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside
                                                                     : settings_.least_importance;
-  Rgb left_out(0.0f), runs_on(0.0f);
-  for (const std::size_t k : order) {
+  const bool total = from.inside && s.is_sharp() && from.total < kMostTotal && is_alone(lobes) &&
+                     largest(from.weight) * brings(brightest) >= kPicture;
+  Rgb not_followed(0.0f);
+  for (std::size_t k = 0; k < lobes.size(); ++k) {
     const std::optional<BsdfSample>& lobe = lobes[k];
-    const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
-    const Rgb weight = lobe ? from.weight * lobe->weight : Rgb(0.0f);
-    const bool goes_on = lobe && (k == order[0] || largest(weight) >= least);
-    if (!goes_on) {
-      left_out += weight;
+    if (!lobe)
       continue;
-    }
+    const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
-    if (inside && from.depth + 1 >= settings_.most_depth) {
-      runs_on += weight;
+    const Rgb weight = from.weight * lobe->weight;
+    const bool is_last = inside && !total && from.depth + 1 >= settings_.most_depth;
+    if (is_last || (k != brightest && largest(weight) < least)) {
+      not_followed += weight;
       continue;
     }
     ++work.rays;
     const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
     work.next.push_back(
         {onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
-         apart ? tree.of_coat : from.tree, from.depth + 1, from.channel, inside,
+         apart ? tree.of_coat : from.tree, from.depth + (total ? 0 : 1), from.channel, inside,
          s.is_sharp() ? sharp_width : std::max(from.width_rad, apart ? s.material.clearcoat_alpha : s.alpha()),
          from.lobe_density * lobe->density, lobe->transmitted ? 0 : from.light_step, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
     work.next.back().sky_is_known = lobe->transmitted && finds_sky_behind(from.inside, s);
+    work.next.back().total = from.total + (total ? 1 : 0);
   }
-  if (work.next.size() > first)
-    work.next[first].weight += left_out;
-  else
-    runs_on += left_out;
-  if (runs_on != Rgb(0.0f))
-    work.add(from.tree, runs_on * arriving_at(indirect_, point, s));
+  if (not_followed != Rgb(0.0f))
+    work.add(from.tree, not_followed * arriving_at(indirect_, point, s));
 }
 
 /// How far half vectors turn within the part of a lobe that a ray stands for, radians: with its directions, and with
@@ -230,7 +236,8 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
       sent += glint(point, s, even_spread(turn_along(branch, point, s)), work.trees[branch.tree].u.y);
     left.light_step = 0;
     const Work::Tree& tree = work.trees[branch.tree];
-    const bool several = branch.depth == 1 && !branch.inside && !s.is_sharp() && !tree.next_places.empty();
+    const bool shows_picture = branch.width_rad <= kNoDisc_rad && largest(left.weight) >= kPicture;
+    const bool several = shows_picture && !branch.inside && !s.is_sharp() && !tree.next_places.empty();
     if (finds_sky_behind(branch.inside, s))
       sent += sky_highlight(point, s, 0.0f, static_cast<std::size_t>(tree.lights) % kLightPatterns, kLightPatterns);
     else if (several)

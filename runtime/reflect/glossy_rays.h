@@ -22,8 +22,11 @@ class ObjectMaps;
 struct Surroundings;
 
 struct GlossySettings {
-  int most_depth = 8; ///< rays one after the other, after the camera's; the last one meets the room alone
-  /// Of its light to the camera: a branch that brings less is left out, a brighter one beside it takes over its light.
+  /// Rays one after the other, after the camera's; the last one meets the room alone. Up to 48 total reflections on
+  /// the way do not count: a wall of glass leads light far.
+  int most_depth = 8;
+  /// Of its light to the camera: a branch that brings less, and is not the brightest of its surface, is not followed;
+  /// it is as bright as the room's light on the surface.
   float least_importance = 0.02f;
   float least_inside = 0.035f; ///< the same inside of an object, from the third surface on
   float least_first = 0.004f;  ///< the same of what the camera sees itself: a window is far brighter than the room

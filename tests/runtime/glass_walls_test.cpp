@@ -1,12 +1,14 @@
 // Things with walls of glass, whose rays meet many faces: in a room that is equally bright everywhere they are as
 // bright as the room, and what they show of a window or the sun does not depend on how it is looked for.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include <glm/trigonometric.hpp>
 #include <gtest/gtest.h>
 
 #include "glossy_scene.h"
@@ -72,6 +74,62 @@ TEST(GlassWalls, what_runs_on_inside_after_the_last_ray_is_as_bright_as_the_ligh
     const float mirrored = fresnel_dielectric(static_cast<float>(std::sqrt(1.0 - sine * sine)), glass().ior);
     EXPECT_NEAR(scene.radiance(aside).g, mirrored * kRoom + (1.0f - mirrored) * kOnSurface, 0.02f) << aside;
   }
+}
+
+/// A square rod, 0.6 m long and 2 cm thick, that lies 40 degrees across the viewer's direction, in place of the sphere.
+void lay_rod(GlossyScene& scene) {
+  VirtualObjects::Model model;
+  model.mesh.materials = {glass()};
+  const float angle = glm::radians(40.0f);
+  const glm::mat3 turn{{std::cos(angle), std::sin(angle), 0.0f}, {-std::sin(angle), std::cos(angle), 0.0f}, {0, 0, 1}};
+  const glm::vec3 half(0.3f, 0.01f, 0.01f);
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float side : {-1.0f, 1.0f}) {
+      const auto first = static_cast<std::uint32_t>(model.mesh.positions.size());
+      glm::vec3 normal(0.0f), u(0.0f), v(0.0f);
+      normal[axis] = side;
+      u[(axis + 1) % 3] = side;
+      v[(axis + 2) % 3] = 1.0f;
+      for (const auto& [a, b] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+        model.mesh.positions.push_back(turn *
+                                       (half * (normal + static_cast<float>(a) * u + static_cast<float>(b) * v)));
+        model.mesh.normals.push_back(turn * normal);
+      }
+      model.mesh.triangles.push_back({first, first + 1, first + 2});
+      model.mesh.triangles.push_back({first, first + 2, first + 3});
+    }
+  model.mesh.reflectance.assign(model.mesh.positions.size(), Rgb(1.0f));
+  model.rays = test::Surrounded::rays_of(model.mesh);
+  scene.objects.surface = test::place(model.mesh, scene.middle);
+  scene.objects.parts[0].model = std::make_shared<const VirtualObjects::Model>(std::move(model));
+  scene.objects.find_bounds(0);
+}
+
+/// The end of the rod shows the wall behind it, after fourteen total reflections between two of its sides.
+TEST(GlassWalls, a_rod_leads_the_light_of_a_bright_wall_to_its_other_end) {
+  constexpr float kDim = 0.2f;
+  GlossyScene scene(glass());
+  lay_rod(scene);
+  Room& walls = scene.room.volume.room;
+  scene.room.set_walls(kDim);
+  walls.materials.push_back(walls.materials[0]);
+  walls.materials.back().reflectance = Rgb(1.0f);
+  const double behind = std::ranges::max(walls.vertices, {}, [](const glm::dvec3& v) { return v.x; }).x;
+  for (RoomTriangle& t : walls.triangles)
+    if (std::ranges::all_of(t.vertex, [&](std::uint32_t v) { return walls.vertices[v].x > behind - 1e-6; }))
+      t.material = static_cast<std::uint32_t>(walls.materials.size() - 1);
+  scene.indirect.assign(scene.objects.surface.positions.size(), {Rgb(kDim * kRoom), Rgb(kDim * kRoom)});
+  scene.sent = scene.indirect;
+  scene.renew();
+  const float passes = 1.0f - fresnel_dielectric(std::cos(glm::radians(40.0f)), glass().ior);
+  const float through = passes * passes;
+  EXPECT_NEAR(scene.radiance(-0.193).g / kRoom, through + (1.0f - through) * kDim, 0.01f);
+}
+
+TEST(GlassWalls, rough_metal_is_looked_at_in_as_many_places_behind_clear_glass_as_by_itself) {
+  GlossyScene scene(glass());
+  scene.add(metal(0.4f), scene.middle + glm::dvec3(0.4, 0.0, 0.0));
+  EXPECT_GE(scene.rays_followed(1e-4), std::size_t{1} << scene.place_bits);
 }
 
 /// Mean of a row of points across, each with the lobe samples and lights of sixteen pixels.

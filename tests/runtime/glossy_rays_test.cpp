@@ -154,8 +154,10 @@ TEST(GlossyRays, a_mirror_shows_what_the_mirrored_ray_meets) {
   EXPECT_NEAR(static_cast<double>(dim.g), 0.2 * Surrounded::kRadiance, 0.01);
 }
 
-TEST(GlossyRays, the_brighter_branch_takes_over_the_light_of_those_left_out) {
-  const GlossyScene scene(glass(), {.most_depth = 8, .least_importance = 0.03f});
+TEST(GlossyRays, branches_that_are_not_followed_are_as_bright_as_the_rooms_light_on_the_surface) {
+  GlossyScene scene(glass());
+  scene.indirect.assign(scene.indirect.size(), {Rgb(kRoom), Rgb(kRoom)});
+  scene.renew({.most_depth = 8, .least_importance = 0.03f});
   for (const double aside : {0.01, 0.07, 0.11})
     EXPECT_NEAR(scene.radiance(aside).g, Surrounded::kRadiance, 0.002 * Surrounded::kRadiance) << aside;
 }
@@ -165,6 +167,8 @@ TEST(GlossyRays, glass_behind_glass_mirrors_at_each_of_its_faces) {
   // Second: in front both, the mirrored one goes through the first ball; at its back both, since 0.96^3 x 0.04 is just
   // above 0.035, and what is mirrored there goes back through both balls.
   GlossyScene scene(glass());
+  scene.indirect.assign(scene.indirect.size(), {Rgb(kRoom), Rgb(kRoom)});
+  scene.renew();
   EXPECT_EQ(scene.rays_followed(1e-4), 5u);
   scene.add(glass(), scene.middle + glm::dvec3(0.4, 0.0, 0.0));
   EXPECT_EQ(scene.rays_followed(1e-4), 14u);
