@@ -189,6 +189,17 @@ bool TraceScene::may_hit_object(const glm::vec3& origin, const glm::vec3& direct
   return enter <= leave;
 }
 
+/// How far an object may be to come before the room, seen from a point `ahead` of where the ray meets the room from:
+/// that far from there lies the plane of the room's face, and an offset behind it counts as on it.
+float TraceScene::room_limit(const RayHit& hit, const glm::vec3& ahead, const glm::vec3& direction) const {
+  constexpr float kGrazing = 0.01f;
+  if (!has_transparent_)
+    return hit.distance;
+  const glm::vec3 normal = facing(room_surface_[hit.triangle].normal, direction);
+  const float along = std::max(-glm::dot(direction, normal), kGrazing);
+  return std::max(hit.distance + (glm::dot(ahead, normal) + surface_offset()) / along, 0.0f);
+}
+
 std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& origin, const glm::vec3& direction, bool with_object,
                                                 bool& touched) const {
   return closest(origin, origin, direction, with_object, touched);
@@ -198,7 +209,7 @@ std::optional<SurfacePoint> TraceScene::closest(const glm::vec3& room_origin, co
                                                 const glm::vec3& direction, bool with_object, bool& touched) const {
   RayHit hit;
   const bool hit_room = room_.closest(room_origin, direction, 0.0f, kFar, hit);
-  const float limit = hit_room ? hit.distance + (has_transparent_ ? surface_offset() : 0.0f) : kFar;
+  const float limit = hit_room ? room_limit(hit, origin - room_origin, direction) : kFar;
   if (with_object && object_ && may_hit_object(origin, direction, limit)) {
     RayHit object_hit;
     if (object_->closest(origin, direction, 0.0f, limit, object_hit)) {

@@ -172,6 +172,7 @@ private:
                             const std::vector<glm::dvec3>& vertices, std::uint32_t first_vertex);
   bool may_hit_object(const glm::vec3& origin, const glm::vec3& direction, float distance) const;
   SurfacePoint room_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
+  float room_limit(const RayHit& hit, const glm::vec3& ahead, const glm::vec3& direction) const;
   SurfacePoint object_point(const glm::vec3& origin, const glm::vec3& direction, const RayHit& hit) const;
   SurfaceLook room_look(const SurfacePoint& point) const;
   Rgb straight(const RayHit& hit, const glm::vec3& direction, float from) const;

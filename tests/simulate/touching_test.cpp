@@ -66,5 +66,22 @@ TEST(Touching, a_ray_inside_glass_meets_its_lowest_face_before_the_table_and_the
   }
 }
 
+/// Through a side that leans by so much the point before the face lies lower than the point behind it.
+TEST(Touching, a_ray_that_has_come_in_by_a_leaning_side_meets_the_lowest_face_before_the_table) {
+  const ObjectMesh cube = glass_cube();
+  const SkyLight sky(SkyModel{});
+  const auto scene = TraceScene::make(table(), {}, sky, &cube);
+  ASSERT_TRUE(scene) << scene.error().message();
+  const glm::vec3 out = glm::normalize(glm::vec3(-1.0f, 0.0f, -0.4f)), d = glm::normalize(glm::vec3(1.0f, 0.1f, -0.3f));
+  for (int k = 0; k < 20; ++k) {
+    const glm::vec3 at = scene->to_local(glm::vec3(-0.09f, -0.05f + 0.005f * static_cast<float>(k), 0.03f)),
+                    away = scene->surface_offset() * out;
+    bool touched = false;
+    const auto face = scene->closest(at + away, at - away, d, true, touched);
+    ASSERT_TRUE(face) << k;
+    EXPECT_TRUE(face->on_object) << k;
+  }
+}
+
 } // namespace
 } // namespace daylit
