@@ -84,19 +84,47 @@ std::array<float, 4> ReceiverLattice::State::weights(std::size_t level, const Fo
   return weight;
 }
 
+/// The cell; of contact levels, whose corners trace four patterns of directions in turn, the four cells around, each
+/// with the mean of its corners: all patterns count the same everywhere, and no single direction that meets something
+/// bright shows as a dot (Keller and Heidrich 2001).
+std::array<ReceiverLattice::State::Found, 4> ReceiverLattice::State::around(std::size_t level, const Found& found,
+                                                                            const Place& place,
+                                                                            std::array<float, 4>& share) const {
+  share = {1.0f, 0.0f, 0.0f, 0.0f};
+  std::array<Found, 4> cells{found};
+  if (level >= kContactLevels)
+    return cells;
+  const std::array<float, 4>& w = found.square.weight;
+  const glm::vec2 t(w[1] + w[3], w[2] + w[3]); // between the corners; between the middles of the cells around:
+  const glm::ivec2 first(t.x < 0.5f ? -1 : 0, t.y < 0.5f ? -1 : 0);
+  const glm::vec2 u = t - glm::vec2(first) - 0.5f;
+  for (int k = 0; k < 4; ++k) {
+    const LatticeKey key{found.square.i + first.x + (k & 1), found.square.j + first.y + (k >> 1), place.facing};
+    const auto c = static_cast<std::size_t>(k);
+    cells[c] = {&cell(level, key, place.triangle), {key.i, key.j, {0.25f, 0.25f, 0.25f, 0.25f}}, found.distance};
+    share[c] = (k & 1 ? u.x : 1.0f - u.x) * (k >> 1 ? u.y : 1.0f - u.y);
+  }
+  return cells;
+}
+
 /// Empty where none of the corners sees x.
 std::optional<IndirectChange> ReceiverLattice::State::between_nodes(std::size_t level, const Found& found,
                                                                     const Place& place) const {
-  const std::array<float, 4> weight = weights(level, found, place);
+  std::array<float, 4> share;
+  const std::array<Found, 4> cells = around(level, found, place, share);
   IndirectChange sum;
   float whole = 0.0f;
-  for (std::size_t k = 0; k < 4; ++k) {
-    if (weight[k] == 0.0f)
-      continue;
-    const IndirectChange& c = current(*found.cell->corner[k]);
-    sum.irradiance += weight[k] * (c.irradiance + reflected(*found.cell->corner[k]));
-    sum.before += weight[k] * c.before;
-    whole += weight[k];
+  for (std::size_t c = 0; c < 4 && cells[c].cell; ++c) {
+    const std::array<float, 4> weight = weights(level, cells[c], place);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const float w = share[c] * weight[k];
+      if (w == 0.0f)
+        continue;
+      const IndirectChange& change = current(*cells[c].cell->corner[k]);
+      sum.irradiance += w * (change.irradiance + reflected(*cells[c].cell->corner[k]));
+      sum.before += w * change.before;
+      whole += w;
+    }
   }
   if (whole < kLeastWeight)
     return std::nullopt;

@@ -77,6 +77,8 @@ struct ReceiverLattice::State {
   Link link_in_even_cell(const Place& place) const;
   std::vector<ChangedSurface> changed_surfaces(const glm::dvec3& air, const glm::dvec3& n,
                                                const DirectionPattern& pattern) const;
+  std::array<Found, 4> around(std::size_t level, const Found& found, const Place& place,
+                              std::array<float, 4>& share) const;
   std::optional<IndirectChange> between_nodes(std::size_t level, const Found& found, const Place& place) const;
   /// Which level holds at a place, and how much of the next one is mixed in.
   struct Mix : LevelMix {
