@@ -161,18 +161,17 @@ bool is_above(const BoundingSphere& sphere, const glm::dvec3& x, const glm::dvec
 
 } // namespace
 
-void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
-                   const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered) {
-  for (std::size_t part = 0; part < parts.size(); ++part) {
-    if (!is_above(parts.sphere(part), x, n))
-      continue;
-    const Cone cone(parts.sphere(part), x, n);
-    const auto weight = [&](const glm::dvec3& w) {
-      const double cosine = glm::dot(n, w);
-      return cosine > 0.0 ? cone.weight(cosine, pattern) : 0.0f;
-    };
-    look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
-  }
+void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, std::size_t part,
+                   const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                   std::vector<OccludedDirection>& covered) {
+  if (!is_above(parts.sphere(part), x, n))
+    return;
+  const Cone cone(parts.sphere(part), x, n);
+  const auto weight = [&](const glm::dvec3& w) {
+    const double cosine = glm::dot(n, w);
+    return cosine > 0.0 ? cone.weight(cosine, pattern) : 0.0f;
+  };
+  look_at_part(room, patches, parts, {part, part}, x, cone, pattern, weight, covered);
 }
 
 void find_others(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, std::size_t own,

@@ -46,10 +46,11 @@ private:
   std::array<std::vector<Point>, 3> points_;
 };
 
-/// Looks in the directions of the pattern, spread over the cone of each part's bounding sphere, as a point x with
-/// normal n sees it. Appends those that the part covers before the room and before other parts.
-void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, const glm::dvec3& x,
-                   const glm::dvec3& n, const DirectionPattern& pattern, std::vector<OccludedDirection>& covered);
+/// Looks in the directions of the pattern, spread over the cone of a part's bounding sphere, as a point x with normal n
+/// sees it. Appends those that the part covers before the room and before other parts.
+void find_occluded(const RayScene& room, const RoomPatches& patches, const PlacedParts& parts, std::size_t part,
+                   const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
+                   std::vector<OccludedDirection>& covered);
 
 /// The same as a vertex of part `own` sees the other parts: past its own where `visible`, the cosine of a unit vector
 /// with n, is not 0.

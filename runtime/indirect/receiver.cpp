@@ -31,28 +31,34 @@ void merge(std::vector<Receiver::Sender>& senders) {
   senders.shrink_to_fit();
 }
 
+void add(const OccludedDirection& d, Receiver::View& view) {
+  const PartHit& o = d.object;
+  const float corner[3] = {1.0f - o.u - o.v, o.u, o.v};
+  for (std::size_t k = 0; k < 3; ++k)
+    view.senders.push_back({2 * o.vertex[k] + o.back, d.weight * corner[k]});
+  if (o.mirrored != glm::vec3(0.0f))
+    view.mirrors.push_back({2 * o.vertex[std::ranges::max_element(corner) - corner] + o.back, d.weight,
+                            MirroredLight::direction_of(o.mirrored)});
+  if (d.behind)
+    add_patch(view.hidden, d.behind, d.weight);
+}
+
 } // namespace
 
-void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern,
-                     Receiver& receiver) const {
+void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver,
+                     const std::function<bool(std::size_t)>& holds) const {
+  receiver.views.resize(parts.size());
   std::vector<OccludedDirection> occluded;
-  find_occluded(rays, patches, parts, x, n, pattern, occluded);
-  receiver.senders.clear();
-  receiver.mirrors.clear();
-  receiver.hidden.clear();
-  for (const OccludedDirection& d : occluded) {
-    const PartHit& o = d.object;
-    const float corner[3] = {1.0f - o.u - o.v, o.u, o.v};
-    for (std::size_t k = 0; k < 3; ++k)
-      receiver.senders.push_back({2 * o.vertex[k] + o.back, d.weight * corner[k]});
-    if (o.mirrored != glm::vec3(0.0f))
-      receiver.mirrors.push_back({2 * o.vertex[std::ranges::max_element(corner) - corner] + o.back, d.weight,
-                                  MirroredLight::direction_of(o.mirrored)});
-    if (!d.behind)
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    if (holds && holds(part))
       continue;
-    add_patch(receiver.hidden, d.behind, d.weight);
+    Receiver::View& view = receiver.views[part] = {};
+    occluded.clear();
+    find_occluded(rays, patches, parts, part, x, n, pattern, occluded);
+    for (const OccludedDirection& d : occluded)
+      add(d, view);
+    merge(view.senders);
   }
-  merge(receiver.senders);
   receiver.surrounded = surrounded(parts, x);
   if (receiver.surrounded > 0.0f && receiver.around.empty())
     receiver.around = find_around(rays, patches, x, n, pattern);
@@ -63,10 +69,11 @@ void LitScene::trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPa
 /// sum over the occluded directions of cos dw L_object.
 Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
-  for (const Receiver::Sender& s : receiver.senders) {
-    const TwoSided& vertex = radiance[s.side / 2];
-    sum += s.weight * (s.side % 2 == 0 ? vertex.front : vertex.back);
-  }
+  for (const Receiver::View& view : receiver.views)
+    for (const Receiver::Sender& s : view.senders) {
+      const TwoSided& vertex = radiance[s.side / 2];
+      sum += s.weight * (s.side % 2 == 0 ? vertex.front : vertex.back);
+    }
   return sum;
 }
 
@@ -74,8 +81,9 @@ Rgb LitScene::sent_irradiance(const Receiver& receiver) const {
 Rgb LitScene::mirrored_irradiance(const Receiver& receiver) const {
   Rgb sum(0.0f);
   if (mirrored.any())
-    for (const Receiver::Mirror& m : receiver.mirrors)
-      sum += m.weight * mirrored.change(m.side, m.from);
+    for (const Receiver::View& view : receiver.views)
+      for (const Receiver::Mirror& m : view.mirrors)
+        sum += m.weight * mirrored.change(m.side, m.from);
   return sum;
 }
 
@@ -92,7 +100,9 @@ Rgb LitScene::hidden_irradiance(const Receiver& receiver, const RoomPoint& here,
     return sum;
   };
   const Sunlight sunlight = sent_by_sunlit(x + kAirGap_m * n, n, receiver.surrounded > 0.0f);
-  const Rgb hidden = sunlight.hidden + sent(receiver.hidden);
+  Rgb hidden = sunlight.hidden;
+  for (const Receiver::View& view : receiver.views)
+    hidden += sent(view.hidden);
   if (receiver.surrounded == 0.0f)
     return hidden;
   const Rgb all = sunlight.all + sent(receiver.around);

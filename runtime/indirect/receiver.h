@@ -2,6 +2,7 @@
 
 // What virtual objects do to the indirect light of one point of the room.
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -42,10 +43,14 @@ struct Receiver {
     float weight = 0.0f;
     MirroredLight::Direction from = 0; ///< where what it mirrors comes from
   };
-  std::vector<Sender> senders;            ///< until an object moves, ascending: each once
-  std::vector<Mirror> mirrors;            ///< until an object moves
-  std::vector<SeenPatch> hidden;          ///< the same: what of the room is behind the objects
-  float surrounded = 0.0f;                ///< the same: surrounded()
+  /// Of one object, where neither the room nor another one stands before it.
+  struct View {
+    std::vector<Sender> senders; ///< ascending: each once
+    std::vector<Mirror> mirrors;
+    std::vector<SeenPatch> hidden; ///< what of the room is behind it
+  };
+  std::vector<View> views;                ///< of each object, until it or one before it moves
+  float surrounded = 0.0f;                ///< until an object moves: surrounded()
   std::vector<SeenPatch> around;          ///< what the room shows, found where an object first surrounds x
   std::optional<float> window_visibility; ///< past the room
 };
@@ -69,8 +74,10 @@ struct LitScene {
       : room(room_), rays(room_rays), light(room_light), planes(room_), windows(room_rays, apertures),
         patches(room_, room_rays, planes, room_light, windows) {}
 
-  /// Traces the directions from x with normal n; what of the receiver still holds is kept.
-  void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const;
+  /// Traces the directions from x with normal n; what of the receiver still holds is kept. `holds`: of the view of an
+  /// object, too; empty: of none.
+  void trace(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver,
+             const std::function<bool(std::size_t part)>& holds = {}) const;
   /// Irradiance from the objects, and from the room behind them, on x with normal n.
   Rgb sent_irradiance(const Receiver& receiver) const;
   /// What of it metals send elsewhere: to be added.

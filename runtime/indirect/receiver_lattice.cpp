@@ -157,7 +157,7 @@ ReceiverLattice::~ReceiverLattice() = default;
 /// The width of the cells follows the smallest object, whose shadow is the sharpest.
 void ReceiverLattice::objects_moved() {
   State& s = *state_;
-  ++s.placement_version;
+  s.placements.add(++s.placement_version, s.scene.parts);
   ++s.light_version;
   const double smallest = s.scene.parts.smallest_radius();
   if (std::fabs(s.lattices[0].cell_m - kLevels[0].cell * smallest) < 1e-9 * smallest)

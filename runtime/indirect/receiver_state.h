@@ -11,6 +11,7 @@
 
 #include <tbb/concurrent_unordered_map.h>
 
+#include "runtime/indirect/placement_history.h"
 #include "runtime/indirect/receiver_lattice.h"
 #include "runtime/indirect/receiver_levels.h"
 #include "runtime/indirect/receiver_node.h"
@@ -32,6 +33,7 @@ struct ReceiverLattice::State {
   };
   const LitScene& scene;
   std::uint64_t light_version = 0, sky_version = 1, placement_version = 1, mirrored_version = 1;
+  PlacementHistory placements; ///< by placement_version
   std::array<Lattice, kLevels.size()> lattices;
   mutable std::atomic<std::size_t> nodes_made{0};
   mutable LitPoints lit;               ///< of the nodes

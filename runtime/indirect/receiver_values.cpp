@@ -11,8 +11,10 @@ namespace daylit {
 
 /// Traced anew when an object moved; what is behind the objects anew under another sky.
 void ReceiverLattice::State::renew(Node& node) const {
-  if (std::exchange(node.placement_version, placement_version) != placement_version) {
-    scene.trace(node.x + kAirGap_m * node.n, node.n, *node.pattern, node.receiver);
+  if (const auto since = std::exchange(node.placement_version, placement_version); since != placement_version) {
+    const glm::dvec3 air = node.x + kAirGap_m * node.n;
+    scene.trace(air, node.n, *node.pattern, node.receiver,
+                [&](std::size_t part) { return placements.holds(part, air, since); });
     node.sky_version = node.mirrored_version = 0;
   }
   if (std::exchange(node.sky_version, sky_version) != sky_version) {
@@ -45,8 +47,9 @@ Rgb ReceiverLattice::State::whole_change(Node& node, bool sun_too) const {
 
 float ReceiverLattice::covered(const Node& node) {
   float sum = 0.0f;
-  for (const Receiver::Sender& s : node.receiver.senders)
-    sum += s.weight;
+  for (const Receiver::View& view : node.receiver.views)
+    for (const Receiver::Sender& s : view.senders)
+      sum += s.weight;
   return std::min(sum * std::numbers::inv_pi_v<float>, 1.0f);
 }
 

@@ -47,6 +47,7 @@ public:
   explicit PlacedParts(std::vector<PlacedPart> parts);
 
   std::size_t size() const { return casters_.size(); }
+  const PlacedPart& part(std::size_t which) const { return casters_[which].part; }
   const BoundingSphere& sphere(std::size_t which) const { return casters_[which].sphere; } ///< world; radius 0: empty
   double smallest_radius() const { return smallest_radius_; } ///< of a sphere, at least a millimetre; 1 without parts
   const Bounds& box(std::size_t which) const { return casters_[which].box; } ///< own frame
