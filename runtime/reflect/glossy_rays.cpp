@@ -142,7 +142,7 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
 
 /// One ray for the brightest lobe and for each other that brings enough: few do, since all of a sample bring at most 1
 /// together. Those left out, and what would run on inside after the last ray, look somewhere, to all sides: they are as
-/// bright as the room's light on the surface here, E / pi, so that no light is lost.
+/// bright as the room's light on the surface here, E / pi, so that no light is lost. Rough ones see a window as well.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
                         Work& work) const {
   if (from.depth >= settings_.most_depth)
@@ -185,7 +185,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     work.next.back().total = from.total + (total ? 1 : 0);
   }
   if (not_followed != Rgb(0.0f))
-    work.add(from.tree, not_followed * arriving_at(indirect_, point, s));
+    work.add(from.tree, not_followed * arriving_at(s.is_sharp() ? indirect_ : sent_, point, s));
 }
 
 /// How far half vectors turn within the part of a lobe that a ray stands for, radians: with its directions, and with
@@ -239,7 +239,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
     const bool shows_picture = branch.width_rad <= kNoDisc_rad && largest(left.weight) >= kPicture;
     const bool several = shows_picture && !branch.inside && !s.is_sharp() && !tree.next_places.empty();
     if (finds_sky_behind(branch.inside, s))
-      sent += sky_highlight(point, s, 0.0f, static_cast<std::size_t>(tree.lights) % kLightPatterns, kLightPatterns);
+      sent += sky_behind(point, s, branch.width_rad, static_cast<std::size_t>(tree.lights));
     else if (several)
       sent += spread_several(point, s, left, work);
     else if (!branch.inside && tree.takes_lights && shares_sky(s))

@@ -104,6 +104,7 @@ private:
   Rgb sky_highlight(const ObjectPoint& point, const Surface& s, float samples, std::size_t first,
                     std::size_t step) const;
   bool finds_sky_behind(bool inside, const Surface& s) const;
+  Rgb sky_behind(const ObjectPoint& point, const Surface& s, float width_rad, std::size_t pattern) const;
   bool is_behind_rough_glass(const glm::dvec3& x, const glm::vec3& direction) const;
   void spread_from_camera(const CameraPoint& at, const Surface& s, float width_rad, GlossyLight& light,
                           Work& work) const;

@@ -16,9 +16,10 @@ namespace daylit {
 
 namespace {
 
-constexpr float kLeastSharing = 0.02f;  // slope from which a lobe's tails are wide enough to meet windows by chance
-constexpr float kLeastSkyBehind = 0.1f; // slope from which a lobe is wider than the lights lie apart
-constexpr float kFaintest = 1e-4f;      // of a light's irradiance
+constexpr float kLeastSharing = 0.02f;     // slope from which a lobe's tails are wide enough to meet windows by chance
+constexpr float kLeastSkyBehind = 0.1f;    // slope from which a lobe is wider than the lights lie apart
+constexpr std::size_t kPatternsBehind = 4; // of the lights, of which a ray takes one
+constexpr float kFaintest = 1e-4f;         // of a light's irradiance
 
 /// As seen from a normal that is turned by small angles.
 glm::vec3 tilted(const glm::vec3& w, const glm::vec2& turn) {
@@ -175,10 +176,12 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
     if (!x)
       continue;
     Rgb weight = in.z * s.bsdf.glossy(s.out, in);
-    const float lights = light_density(direction, s.alpha(), step);
-    for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
-      if (lobe)
-        weight -= lobe_part(samples * lobe->density, lights) * lobe->density * lobe->weight;
+    if (samples > 0.0f && largest(weight) * times > kFaintest) {
+      const float lights = light_density(direction, s.alpha(), step);
+      for (const std::optional<BsdfSample>& lobe : s.bsdf.mirroring_lobes(s.out, in))
+        if (lobe)
+          weight -= lobe_part(samples * lobe->density, lights) * lobe->density * lobe->weight;
+    }
     if (largest(weight) * times > kFaintest)
       sum +=
           times * glm::max(weight, Rgb(0.0f)) * sky_[j].irradiance * room_.arrives_freely_from(*x, sky_[j].direction);
@@ -189,6 +192,17 @@ Rgb GlossyRays::sky_highlight(const ObjectPoint& point, const Surface& s, float 
 /// From inside of glass its far side is a lobe that seldom finds a window, too.
 bool GlossyRays::finds_sky_behind(bool inside, const Surface& s) const {
   return inside && !sky_.empty() && s.alpha() >= kLeastSkyBehind;
+}
+
+/// What the far side lets in of the sky, by a quarter of the lights. Its lobe stands for what the ray's lobe, `width`
+/// wide, sees of that side, and is as much wider: without it single lights shine in single pixels (Kaplanyan and
+/// Dachsbacher 2013).
+Rgb GlossyRays::sky_behind(const ObjectPoint& point, const Surface& s, float width_rad, std::size_t pattern) const {
+  Surface wide = s;
+  wide.material.alpha_u = std::hypot(s.material.alpha_u, width_rad);
+  wide.material.alpha_v = std::hypot(s.material.alpha_v, width_rad);
+  wide.bsdf = Bsdf(wide.material);
+  return sky_highlight(point, wide, 0.0f, pattern % kPatternsBehind, kPatternsBehind);
 }
 
 } // namespace daylit
