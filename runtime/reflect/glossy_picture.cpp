@@ -37,10 +37,17 @@ constexpr float kBrighter = 10.0f;
 /// Of sixteen, each once in a square of four by four pixels.
 int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
 
-/// Interleaved gradient noise (Jimenez 2014), 0 to 1: unlike in neighbouring pixels.
-float noise(int x, int y) {
-  return glm::fract(52.9829189f *
-                    glm::fract(0.06711056f * static_cast<float>(x) + 0.00583715f * static_cast<float>(y)));
+/// PCG as a hash (Jarzynski and Olano 2020).
+std::uint32_t hash(std::uint32_t v) {
+  v = v * 747796405u + 2891336453u;
+  v = ((v >> ((v >> 28u) + 4u)) ^ v) * 277803737u;
+  return (v >> 22u) ^ v;
+}
+
+/// -0.5 to 0.5 in both, unlike in all other pixels: noise in lines (interleaved gradients) shows as lines.
+glm::vec2 shift_of(int x, int y) {
+  const std::uint32_t u = hash(static_cast<std::uint32_t>(x) + hash(static_cast<std::uint32_t>(y))), v = hash(u);
+  return glm::vec2(u, v) * 0x1p-32f - 0.5f;
 }
 
 /// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
@@ -52,8 +59,7 @@ glm::vec2 lobe_place(int x, int y, int sample) {
   int mirrored = 0;
   for (int bit = 0; bit < 6; ++bit)
     mirrored |= (n >> bit & 1) << (5 - bit);
-  const glm::vec2 shift(noise(x, y) - 0.5f, noise(x + 47, y + 17) - 0.5f);
-  return glm::fract((glm::vec2(n, mirrored) + 0.5f) / 64.0f + kApart * shift);
+  return glm::fract((glm::vec2(n, mirrored) + 0.5f) / 64.0f + kApart * shift_of(x, y));
 }
 
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.

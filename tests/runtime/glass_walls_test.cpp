@@ -39,6 +39,7 @@ void hollow_out(GlossyScene& scene, float wall, const GlossySettings& settings =
   scene.objects.parts[0].model = std::make_shared<const VirtualObjects::Model>(std::move(model));
   scene.objects.surface.reflectance.assign(2 * static_cast<std::size_t>(count), Rgb(1.0f));
   scene.indirect.assign(2 * static_cast<std::size_t>(count), {Rgb(kRoom), Rgb(kRoom)});
+  scene.sent = scene.indirect;
   scene.renew(settings);
 }
 
