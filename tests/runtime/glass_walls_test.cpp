@@ -77,6 +77,22 @@ TEST(GlassWalls, what_runs_on_inside_after_the_last_ray_is_as_bright_as_the_ligh
   }
 }
 
+/// Light that is not followed is as bright as all light on the surface, the sky's too: rough glass lets it in from all
+/// sides.
+TEST(GlassWalls, a_frosted_hollow_sphere_in_an_even_room_loses_no_light_however_few_rays_follow_one_another) {
+  ObjectMaterial frosted = glass();
+  frosted.roughness = 0.4f;
+  for (const int most : {1, 2, 4, 8}) {
+    GlossyScene scene(frosted);
+    hollow_out(scene, 0.1f);
+    for (TwoSided& light : scene.indirect)
+      light = {Rgb(0.5f * kRoom), Rgb(0.5f * kRoom)};
+    scene.renew({.most_depth = most});
+    for (const double aside : {0.01, 0.07, 0.12})
+      EXPECT_NEAR(scene.radiance(aside).g / kRoom, 1.0f, 0.02f) << most << " rays, " << aside;
+  }
+}
+
 /// A square rod, 0.6 m long and 2 cm thick, that lies 40 degrees across the viewer's direction, in place of the sphere.
 void lay_rod(GlossyScene& scene) {
   VirtualObjects::Model model;
