@@ -192,6 +192,9 @@ TEST(GlassWalls, the_suns_highlight_on_metal_is_seen_through_clear_glass_and_lef
       scene.objects.surface.positions.push_back(scene.middle + aside + glm::dvec3(p));
     scene.objects.parts.push_back(std::move(pane));
     scene.objects.find_bounds(1);
+    scene.objects.surface.reflectance.resize(scene.objects.surface.positions.size(), Rgb(1.0f));
+    scene.sent.resize(scene.objects.surface.positions.size());
+    scene.indirect.resize(scene.sent.size());
     scene.renew();
     EXPECT_EQ(scene.look(0.1).glint.g > 0.0f, !frosted);
   }
