@@ -19,7 +19,7 @@ namespace daylit::precompute {
 namespace {
 
 constexpr std::array<double, 4> kOffSurfaces_m{0.1, 0.2, 0.5, 1e9}; ///< borders of the strata
-constexpr std::size_t kStrata = kOffSurfaces_m.size() - 1, kOfStratum = 20, kMostRooms = 64, kTries = 16384;
+constexpr std::size_t kStrata = kOffSurfaces_m.size() - 1, kOfStratum = 40, kMostRooms = 64, kTries = 16384;
 constexpr std::size_t kCounted = 1024; ///< of the candidates, that tell how much of the air is in each stratum
 constexpr std::size_t kLookers = 32;   ///< of the points in a room's air, from which others are looked for
 

@@ -240,6 +240,7 @@ Result<PictureError> measure_picture_error(const PictureErrorInput& in) {
   if (in.second_truth)
     error.shaded = measure(in, darkest_third(*in.second_truth, inner), {});
   error.shadow = measure(in, shadow, in.second_truth);
+  error.shadow_seen = measure_seen(in, shadow);
   error.contact = measure_contact(in.result, in.truth, in.coverage);
   error.whole = measure(in, Mask(mask.size(), 1), in.second_truth);
   if (in.result_coverage)
@@ -253,15 +254,16 @@ std::string to_text(const PictureError& e) {
   std::string out = "region     pixels    rms %   bias %  unchanged %  truth se %";
   out += e.object.rms_without_noise ? "  without noise\n" : "\n";
   out += row("object", e.object) + (e.shaded ? row("in shade", *e.shaded) : "") + row("as seen", e.seen);
-  out += row("shadow", e.shadow) + row("whole", e.whole) + row(e.contact);
+  out += row("shadow", e.shadow) + row("as seen", e.shadow_seen) + row("whole", e.whole) + row(e.contact);
   out += fmt::format("the object covers {:.1f} % of the picture", 100.0 * e.object_fraction);
   return out + (e.mask_iou ? fmt::format("; intersection over union of the masks {:.3f}\n", *e.mask_iou) : "\n");
 }
 
 std::string to_json(const PictureError& e) {
-  return fmt::format("{{\"object\":{},\"seen\":{},\"shadow\":{},\"contact\":{},\"whole\":{},\"object_fraction\":{:.6g},"
-                     "\"mask_iou\":{}{}}}",
-                     json(e.object), json(e.seen), json(e.shadow), json(e.contact), json(e.whole), e.object_fraction,
+  return fmt::format("{{\"object\":{},\"seen\":{},\"shadow\":{},\"shadow_seen\":{},\"contact\":{},\"whole\":{},"
+                     "\"object_fraction\":{:.6g},\"mask_iou\":{}{}}}",
+                     json(e.object), json(e.seen), json(e.shadow), json(e.shadow_seen), json(e.contact), json(e.whole),
+                     e.object_fraction,
                      e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null",
                      e.shaded ? ",\"shaded\":" + json(*e.shaded) : "");
 }

@@ -40,6 +40,7 @@ struct PictureError {
   /// The object's pixels as a picture shows them: both clipped at white, which is 1 / preview_exposure() of the room,
   /// and smoothed over those pixels (blur_within()).
   RegionError seen;
+  RegionError shadow_seen; ///< the pixels of `shadow` in the same way: mirror images in the room too
   /// The darkest third of the object's pixels by luminance of the second truth. Chosen by the first, they would be
   /// those in which its noise is dark.
   std::optional<RegionError> shaded;

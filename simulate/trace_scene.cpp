@@ -295,14 +295,12 @@ Rgb TraceScene::transmittance(const glm::vec3& origin, const glm::vec3& directio
   return stop ? Rgb(0.0f) : through;
 }
 
-/// F = ((n - 1) / (n + 1))^2 gives n.
 SurfaceLook TraceScene::room_look(const SurfacePoint& point) const {
   const RoomSurface& s = room_surface_[point.triangle];
-  const float root = std::min(std::sqrt(s.mirrored), 0.99f);
   SurfaceMaterial material;
   material.base_colour = point.reflectance;
   material.alpha_u = material.alpha_v = kLeastAlpha;
-  material.ior = (1.0f + root) / (1.0f - root);
+  material.ior = ior_of(s.mirrored);
   return {material, s.normal, around_axis(s.normal)};
 }
 

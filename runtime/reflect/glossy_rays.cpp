@@ -12,6 +12,7 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
+#include "runtime/reflect/glossy_branch.h"
 #include "runtime/reflect/glossy_surface.h"
 #include "runtime/reflect/object_maps.h"
 #include "scene/core/orthonormal.h"
@@ -92,43 +93,6 @@ GlossyRays::Surface GlossyRays::surface(const WorldRay& ray, const ObjectPoint& 
   s.out = s.to_local(out);
   return s;
 }
-
-/// A ray of the tree, from outside or inside the objects.
-struct GlossyRays::Branch {
-  WorldRay ray;
-  Rgb weight{1.0f};           ///< what of the light along it reaches the camera
-  Rgb absorption_per_m{0.0f}; ///< of what it runs through
-  std::uint32_t tree = 0;
-  int depth = 0, channel = kAllColours;
-  bool inside = false;
-  float width_rad = 0.0f;     ///< RoomRay::width_rad
-  float lobe_density = 0.0f;  ///< of all samples of its lobe, per sr
-  std::size_t light_step = 0; ///< every how many-th light finds the sky, too; 0: none
-  /// From its origin: to before the surface that it went through, which may lie on the room.
-  glm::dvec3 room_from{0.0};
-  bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
-  int total = 0;             ///< reflections before that lose nothing, which `depth` does not count
-};
-
-/// Trees of rays, each of one sample of a lobe at the camera, grown together.
-struct GlossyRays::Work {
-  struct Tree {
-    Rgb* radiance = nullptr;           ///< where its light is added to
-    float share = 1.0f;                ///< times this
-    glm::vec2 u{0.5f};                 ///< place in the lobes
-    std::uint32_t of_coat = kThisTree; ///< that the camera's ray of a narrow coat goes to
-    bool takes_lights = true;          ///< `u` is one of many
-    int lights = 0;                    ///< as CameraPoint
-    /// Places in the lobe of the next surface: where the camera sees a picture, no neighbour shares what that shows.
-    std::span<const glm::vec2> next_places{};
-  };
-  static constexpr std::uint32_t kThisTree = ~0u;
-  std::vector<Tree> trees;
-  std::vector<Branch> level, next;
-  std::uint64_t rays = 0;
-
-  void add(std::uint32_t tree, const Rgb& radiance) { *trees[tree].radiance += trees[tree].share * radiance; }
-};
 
 /// Against the face a ray goes on just above it, or below.
 WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const glm::vec3& local) const {
@@ -250,6 +214,18 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
   work.add(branch.tree, left.weight * sent);
 }
 
+/// A declared surface of the room mirrors the ray. False: none does, or the image brings too little.
+bool GlossyRays::mirror_in_room(const Branch& branch, const RoomRay& met, Work& work) const {
+  const auto mirrored = met.end ? room_.mirrored(met.ray, *met.end) : std::nullopt;
+  if (!mirrored || branch.depth >= settings_.most_depth ||
+      mirrored->share * largest(branch.weight) < settings_.least_importance)
+    return false;
+  ++work.rays;
+  work.next.push_back({mirrored->ray, mirrored->share * branch.weight, Rgb(0.0f), branch.tree, branch.depth + 1,
+                       branch.channel, false, branch.width_rad});
+  return true;
+}
+
 /// A ray inside an object meets its surface before the room; a mesh that is not closed lets it out. The last ray of a
 /// sample goes on past objects, and below one finds the room's light as if it were not there.
 void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
@@ -284,6 +260,7 @@ void GlossyRays::step(std::span<const Branch> batch, Work& work) const {
       arrive(batch[branch_of[k]], *point, work);
     else {
       room[kept] = room[k];
+      room[kept].without_gloss = mirror_in_room(batch[branch_of[k]], room[k], work);
       branch_of[kept++] = branch_of[k];
     }
   room_.find_radiance({room.data(), kept});

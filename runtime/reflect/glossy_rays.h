@@ -86,6 +86,7 @@ private:
   Surface surface(const WorldRay& ray, const ObjectPoint& point, double width_m, int channel) const;
   void follow(Work& work) const;
   void step(std::span<const Branch> batch, Work& work) const;
+  bool mirror_in_room(const Branch& branch, const RoomRay& met, Work& work) const;
   Rgb one_light(const ObjectPoint& point, const Surface& s, Branch& onward, const glm::vec2& u) const;
   void arrive(const Branch& branch, const ObjectPoint& point, Work& work) const;
   void spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place, Work& work) const;

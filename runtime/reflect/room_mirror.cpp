@@ -60,7 +60,6 @@ struct RoomMirror::Mirrored {
   bool object = false; ///< it meets one
 };
 
-/// F = R + (1 - R) (1 - cos)^5 (Schlick 1994).
 std::size_t RoomMirror::mirrored(std::span<const WorldRay> camera, const RoomSeen& room,
                                  std::span<Mirrored> found) const {
   std::array<RoomRay, kRayBatch> seen, behind;
@@ -72,15 +71,11 @@ std::size_t RoomMirror::mirrored(std::span<const WorldRay> camera, const RoomSee
   room.find_ends({seen.data(), camera.size()});
   std::size_t count = 0;
   for (std::size_t k = 0; k < camera.size(); ++k) {
-    if (!seen[k].end || seen[k].end->triangle == kUnknownTriangle || reflectance_[seen[k].end->triangle] <= 0.0f)
+    const auto on = seen[k].end ? room.mirrored(camera[k], *seen[k].end) : std::nullopt;
+    if (!on)
       continue;
-    const glm::dvec3 direction(camera[k].direction), n = room.light.normal(seen[k].end->triangle, direction);
-    const double cosine = -glm::dot(n, direction);
-    const float r = reflectance_[seen[k].end->triangle], grazing = std::pow(1.0f - static_cast<float>(cosine), 5.0f);
-    rays[count] = {camera[k].origin + seen[k].end->distance * direction + kAirGap_m * n,
-                   glm::vec3(direction + 2.0 * cosine * n)};
-    behind[count].ray = rays[count];
-    found[count++] = {k, {}, r + (1.0f - r) * grazing, false};
+    rays[count] = behind[count].ray = on->ray;
+    found[count++] = {k, {}, on->share, false};
   }
   room.find_ends({behind.data(), count});
   for (std::size_t k = 0; k < count; ++k)

@@ -4,6 +4,7 @@
 // what they mirror without the objects: only the difference is added.
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ public:
   /// `glossy`: by material, the part of light that it mirrors seen face on. Error value_invalid: no such material.
   static Result<RoomMirror> make(const Room& room, const std::map<std::string, double>& glossy);
   bool empty() const { return planes_.empty(); }
+  /// For RoomSeen::gloss.
+  std::span<const float> gloss() const { return empty() ? std::span<const float>() : reflectance_; }
 
   /// Adds the images to the room's part of the pixels; returns how many pixels show one. What the floor of the
   /// photograph mirrors is no light that a shadow on it takes away: where the composite is darker than `photo`, that

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -13,6 +14,7 @@
 
 #include "runtime/depth/depth_walk.h"
 #include "scene/core/orthonormal.h"
+#include "scene/material/fresnel.h"
 
 namespace daylit {
 
@@ -101,6 +103,19 @@ std::optional<PhotographedRoom::Seen> PhotographedRoom::look(const glm::dvec3& x
   return without ? std::optional(Seen{*without, true}) : std::nullopt;
 }
 
+Rgb PhotographedRoom::left_at(const glm::dvec3& x) const {
+  Rgb left(1.0f);
+  const auto place = photo_ ? pixel_of(x) : std::nullopt;
+  const auto drawn = place ? drawn_at(*place) : std::nullopt;
+  if (!drawn)
+    return left;
+  const Rgb without = *between_pixels(*place, [&](std::size_t i) { return std::optional<Rgb>((*photo_)[i]); });
+  for (int c = 0; c < 3; ++c)
+    if (without[c] > 0.0f)
+      left[c] = std::clamp((*drawn)[c] / without[c], 0.0f, 1.0f);
+  return left;
+}
+
 std::optional<Rgb> PhotographedRoom::nearest(const glm::dvec3& x) const {
   const auto p = pixel_of(x);
   if (!p)
@@ -162,6 +177,8 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
   }
   const std::uint32_t hidden = hidden_from_camera(batch, x, photographed);
   computed_rays |= hidden;
+  if (!gloss.empty())
+    take_out_gloss(batch, x, photographed & ~hidden, covered);
   for (std::uint32_t left = covered & ~hidden; left; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
     batch[k].radiance *= change(batch[k], x[k]);
@@ -169,6 +186,44 @@ void RoomSeen::find_radiance(std::span<RoomRay> batch) const {
   for (std::uint32_t left = computed_rays; left; left &= left - 1) {
     const auto k = static_cast<std::size_t>(std::countr_zero(left));
     batch[k].radiance = computed(batch[k], x[k]);
+  }
+}
+
+/// By Fresnel's factor of a dielectric.
+std::optional<MirroredRay> RoomSeen::mirrored(const WorldRay& ray, const RoomEnd& end) const {
+  if (gloss.empty() || end.triangle == kUnknownTriangle || gloss[end.triangle] <= 0.0f)
+    return std::nullopt;
+  const glm::dvec3 direction(ray.direction), n = light.normal(end.triangle, direction);
+  const double cosine = -glm::dot(n, direction);
+  return MirroredRay{{ray.origin + end.distance * direction + kAirGap_m * n, glm::vec3(direction + 2.0 * cosine * n)},
+                     fresnel_dielectric(static_cast<float>(cosine), ior_of(gloss[end.triangle]))};
+}
+
+/// V D = V photo - V F L, L what the camera sees mirrored there.
+void RoomSeen::take_out_gloss(std::span<RoomRay> batch, std::span<const glm::dvec3> x, std::uint32_t photographed,
+                              std::uint32_t covered) const {
+  std::array<RoomRay, kRayBatch> mirrored_rays;
+  std::array<std::pair<std::size_t, float>, kRayBatch> of;
+  std::size_t count = 0;
+  for (std::uint32_t left = photographed; left; left &= left - 1) {
+    const auto k = static_cast<std::size_t>(std::countr_zero(left));
+    if (!batch[k].without_gloss)
+      continue;
+    const glm::dvec3 eye = photograph->eye();
+    const double distance = glm::distance(x[k], eye);
+    if (const auto on = mirrored({eye, glm::vec3((x[k] - eye) / distance)}, {batch[k].end->triangle, distance})) {
+      mirrored_rays[count].ray = on->ray;
+      of[count++] = {k, on->share};
+    }
+  }
+  if (count == 0)
+    return;
+  find_ends({mirrored_rays.data(), count});
+  find_radiance({mirrored_rays.data(), count});
+  for (std::size_t m = 0; m < count; ++m) {
+    const auto [k, share] = of[m];
+    const Rgb left = covered >> k & 1u ? Rgb(1.0f) : photograph->left_at(x[k]);
+    batch[k].radiance = glm::max(batch[k].radiance - share * left * mirrored_rays[m].radiance, Rgb(0.0f));
   }
 }
 

@@ -39,6 +39,8 @@ public:
   std::optional<Seen> look(const glm::dvec3& x) const;
   /// The same of the nearest pixel alone: at the edge of a thing that stands before an object.
   std::optional<Rgb> nearest(const glm::dvec3& x) const;
+  /// Part of the photograph's light that the objects leave at x; 1 where an object or nothing is seen.
+  Rgb left_at(const glm::dvec3& x) const;
   glm::dvec3 eye() const { return camera_.eye(); }
 
 private:
@@ -73,6 +75,13 @@ struct RoomRay {
   std::optional<RoomEnd> end; ///< empty: nowhere, it leaves
   Rgb radiance{0.0f};         ///< that arrives against the ray
   bool past_objects = false;  ///< the last of a sample: where the model says its radiance, without the objects
+  bool without_gloss = false; ///< what a declared surface mirrors is left out: another ray finds it
+};
+
+/// On from a surface that is declared to mirror.
+struct MirroredRay {
+  WorldRay ray;
+  float share = 0.0f; ///< of the light along it
 };
 
 /// Keeps references to all that it is made of. Thread-safe. Rays come in batches of at most kRayBatch.
@@ -87,11 +96,14 @@ struct RoomSeen {
   const ObjectRays& objects;
   const PhotographedRoom* photograph = nullptr; ///< null: only computed light
   const RealThings* things = nullptr;           ///< seen in the photograph, where it is given; null: none
+  std::span<const float> gloss = {};            ///< of each triangle: declared_gloss(); empty: nothing mirrors
 
   /// Fills in where they end.
   void find_ends(std::span<RoomRay> batch) const;
   /// Fills in the radiance from there; of the sky where a ray leaves.
   void find_radiance(std::span<RoomRay> batch) const;
+  /// What a declared surface at the end of a ray mirrors.
+  std::optional<MirroredRay> mirrored(const WorldRay& ray, const RoomEnd& end) const;
   /// Irradiance of the sun at x on a plane facing it, past the room and through the objects; zero without one.
   Rgb sun_at(const glm::dvec3& x) const;
   /// The same of four points of the disc, turned by a part of a quarter turn.
@@ -112,6 +124,8 @@ private:
   std::uint32_t hidden_from_camera(std::span<const RoomRay> batch, std::span<const glm::dvec3> x,
                                    std::uint32_t asked) const;
   RoomIrradiance irradiance(const RoomRay& ray, const glm::dvec3& x) const;
+  void take_out_gloss(std::span<RoomRay> batch, std::span<const glm::dvec3> x, std::uint32_t photographed,
+                      std::uint32_t covered) const;
   Rgb computed(const RoomRay& ray, const glm::dvec3& x) const;
   Rgb change(const RoomRay& ray, const glm::dvec3& x) const;
 };

@@ -143,8 +143,9 @@ Result<void> PictureStage::add_glossy(const PictureToChange& picture, const Pict
                                       FrameReport& report) {
   const PhotographedRoom photograph(result, *in.camera, in.lens, scale, picture.photo.white(), &picture.photo);
   const IndirectShadow* shadow = room_.indirect_shadow ? &*room_.indirect_shadow : nullptr;
-  const RoomSeen seen{room_.volume.room, room_.rays,    room_.light, shadow,      in.sky->pyramid,
-                      in.sky->sun,       room_.windows, objects,     &photograph, things ? &*things_ : nullptr};
+  const RoomSeen seen{room_.volume.room,   room_.rays,    room_.light, shadow,      in.sky->pyramid,
+                      in.sky->sun,         room_.windows, objects,     &photograph, things ? &*things_ : nullptr,
+                      room_.mirror.gloss()};
   const ObjectsIndirectLight& light = in.light.indirect();
   GlossySettings settings{.most_depth = in.shown->reflections};
   const auto rays_with = [&](const GlossySettings& s) {

@@ -19,6 +19,11 @@ float fresnel_dielectric(float cosine, float ior) {
   return 0.5f * (parallel * parallel + across * across);
 }
 
+float ior_of(float face_on) {
+  const float root = std::min(std::sqrt(face_on), 0.99f);
+  return (1.0f + root) / (1.0f - root);
+}
+
 // Midpoint rule.
 float mean_fresnel(float ior) {
   constexpr int kSteps = 1024;

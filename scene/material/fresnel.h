@@ -12,6 +12,10 @@ namespace daylit {
 /// comes from, negative from inside; `ior`: refractive index inside over outside, > 0. 1: all of it (total reflection).
 float fresnel_dielectric(float cosine, float ior);
 
+/// Index of a boundary that reflects part `face_on` of light that comes along its normal: ((n - 1) / (n + 1))^2. At
+/// most 199.
+float ior_of(float face_on);
+
 /// Mean of fresnel_dielectric() over light from everywhere outside: the integral of 2 c F(c).
 float mean_fresnel(float ior);
 

@@ -13,6 +13,7 @@
 #include <tbb/global_control.h>
 
 #include "glossy_scene.h"
+#include "scene/material/fresnel.h"
 
 namespace daylit {
 namespace {
@@ -73,7 +74,6 @@ struct GlossyFloor {
   static WorldRay ray(const RenderCamera& camera, std::size_t i) {
     return {camera.eye(), glm::vec3(camera.direction(glm::dvec2(i % kWidth, i / kWidth)))};
   }
-  /// F = R + (1 - R) (1 - cos)^5
   Shown shown(std::size_t i) const {
     const WorldRay from = ray(camera, i);
     const glm::dvec3 d(from.direction), x = from.origin - from.origin.z / d.z * d;
@@ -81,8 +81,7 @@ struct GlossyFloor {
       return {};
     const glm::dvec3 on(d.x, d.y, -d.z), way = kObject - x;
     const float cosine = static_cast<float>(on.z);
-    return {kReflectance + (1.0f - kReflectance) * std::pow(1.0f - cosine, 5.0f),
-            glm::length(way - glm::dot(way, on) * on)};
+    return {fresnel_dielectric(cosine, ior_of(kReflectance)), glm::length(way - glm::dot(way, on) * on)};
   }
   bool misses(std::size_t i) const { return shown(i).past_object > 1.01 * static_cast<double>(GlossyScene::kRadius); }
   bool meets(std::size_t i) const { return shown(i).past_object < 0.97 * static_cast<double>(GlossyScene::kRadius); }
@@ -101,7 +100,7 @@ struct GlossyFloor {
     const RoomSeen room{plain.room,    plain.rays,    plain.light,
                         plain.shadow,  plain.pyramid, plain.sun,
                         plain.windows, plain.objects, photographed ? &seen : nullptr,
-                        nullptr};
+                        nullptr,       mirror.gloss()};
     const GlossyRays rays(room, scene.sent, scene.indirect, {}, {});
     return mirror.draw({frame, camera, nullptr}, rays, room, photo, scale, result);
   }
@@ -250,6 +249,37 @@ TEST(RoomMirror, no_row_sees_the_images_of_another) {
     std::fill_n(one.touched.begin() + static_cast<std::ptrdiff_t>(begin), kWidth, 1);
     floor.draw(one, true);
     EXPECT_EQ(std::memcmp(&one.picture.texels[begin], &all.picture.texels[begin], kWidth * sizeof(Rgb)), 0) << y;
+  }
+}
+
+/// The photograph shows V (D + F L) at the camera's angle; a ray from elsewhere is to find V D + F' L.
+TEST(RoomMirror, rays_of_objects_find_what_the_floor_mirrors_at_their_own_angle) {
+  GlossyFloor floor;
+  const Rgb d(0.15f);
+  for (const Rgb& left : {Rgb(1.0f), kShadow}) {
+    for (std::size_t i = 0; i < floor.photo.texels.size(); ++i) {
+      const float f = floor.shown(i).share;
+      floor.photo.texels[i] = f > 0.0f ? d + f * floor.before() : floor.before();
+      floor.composite.picture.texels[i] = (f > 0.0f ? left : Rgb(1.0f)) * floor.photo.texels[i];
+    }
+    const PhotoPixels pixels(floor.photo);
+    const PhotographedRoom photograph(floor.composite, floor.camera, floor.lens, floor.scale, 100.0f, &pixels);
+    RoomSeen room = *floor.scene.seen;
+    room.photograph = &photograph;
+    room.gloss = floor.mirror.gloss();
+    const GlossyRays rays(room, floor.scene.sent, floor.scene.indirect, {}, {});
+    for (const std::size_t i : {25u * kWidth + 9u, 30u * kWidth + 12u, 38u * kWidth + 50u}) {
+      const WorldRay camera = GlossyFloor::ray(floor.camera, i);
+      const glm::dvec3 x =
+          camera.origin - camera.origin.z / static_cast<double>(camera.direction.z) * glm::dvec3(camera.direction);
+      for (const glm::dvec3& aside : {glm::dvec3(0.0, 0.1, 0.8), glm::dvec3(0.2, 0.5, 0.3)}) {
+        const WorldRay ray{x + aside, glm::vec3(glm::normalize(-aside))};
+        Rgb found;
+        rays.radiance({&ray, 1}, {&found, 1});
+        const float f = fresnel_dielectric(-ray.direction.z, ior_of(kReflectance));
+        expect_near(floor.scale.apply(found), left * d + f * floor.before(), i);
+      }
+    }
   }
 }
 

@@ -165,25 +165,6 @@ TEST(Glossy, a_mirror_shows_what_is_seen_along_the_reflected_ray) {
   }
 }
 
-/// A cube's faces meet a window a metre away at flat angles: 2 mrad blurred its edges by more than a pixel.
-TEST(Glossy, nine_of_ten_paths_leave_a_smooth_surface_within_a_milliradian_of_the_mirrored_or_refracted_ray) {
-  const float c = std::cos(0.7f), s = std::sin(0.7f);
-  SurfaceLook look;
-  look.material.alpha_u = look.material.alpha_v = 0.0f;
-  look.material.ior = 1.5f;
-  look.material.transmission = 1.0f;
-  const GlossySurface surface(look, SurfacePoint{}, {s, 0.0f, c});
-  const glm::vec3 mirrored(-s, 0.0f, c), passed(-s / 1.5f, 0.0f, -std::sqrt(1.0f - s * s / 2.25f));
-  int near = 0, all = 0;
-  for (std::uint32_t k = 0; k < 4096; ++k) {
-    const auto part = [&](std::uint32_t step) { return static_cast<float>(k * step & 4095u) / 4096.0f; };
-    const auto in = surface.sample_glossy({(static_cast<float>(k) + 0.5f) / 4096.0f, part(2531u)}, part(1237u));
-    ++all;
-    near += in && (glm::distance(*in, mirrored) < 1e-3f || glm::distance(*in, passed) < 1e-3f);
-  }
-  EXPECT_GT(near, 9 * all / 10);
-}
-
 // Slab: T = (1 - R)^2 e / (1 - R^2 e^2) and R (1 + (1 - R)^2 e^2 / (1 - R^2 e^2)), e = exp(-a d); clear: (1 - R) / (1 +
 // R).
 TEST(Glossy, a_slab_passes_and_mirrors_what_the_closed_form_says) {
