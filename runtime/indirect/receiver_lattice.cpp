@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/receiver_state.h"
@@ -302,11 +303,12 @@ RoomIrradiance ReceiverLattice::irradiance_without_sun(std::uint32_t triangle, c
     const RoomPoint& light = s.current_light(node);
     if (!State::is_inside(node))
       continue;
-    const float visible = s.window_visibility(node), blocked = with_objects ? s.current_blocked(node) : 0.0f;
+    const float visible = s.window_visibility(node);
+    const Rgb blocked = with_objects ? s.current_blocked(node) : Rgb(0.0f);
     const Rgb before = light.indirect_irradiance + visible * light.open_sky_irradiance,
               change = with_objects ? s.current(node).irradiance : Rgb(0.0f);
     sum.before += around.weight[k] * before;
-    sum.now += around.weight[k] * (before + change - std::min(blocked, visible) * light.open_sky_irradiance);
+    sum.now += around.weight[k] * (before + change - glm::min(blocked, Rgb(visible)) * light.open_sky_irradiance);
     whole += around.weight[k];
   }
   if (whole > 0.0f)

@@ -27,7 +27,7 @@ struct ReceiverLattice::Node {
   IndirectChange change;
   Rgb lost_sun{0.0f};    ///< irradiance from the sun that the objects keep away
   LitPoint open;         ///< light without the objects, unshadowed
-  float blocked = 0.0f;  ///< part of the windows that they keep away
+  Rgb blocked{0.0f};     ///< part of the windows that they keep away
   float visible = 0.0f;  ///< part of the windows that the room leaves
   float distance = 0.0f; ///< to the nearest surface of an object, radii
   std::atomic<std::uint64_t> light_version{0}, lost_version{0}, distance_version{0}, blocked_version{0},

@@ -54,7 +54,7 @@ struct ReceiverLattice::State {
   const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
   const RoomPoint& current_light(Node& node) const;
-  float current_blocked(Node& node) const;
+  const Rgb& current_blocked(Node& node) const;
   float window_visibility(Node& node) const;
 
   /// A point of a plane.

@@ -90,9 +90,12 @@ float ReceiverLattice::State::current_distance(Node& node) const {
   return node.distance;
 }
 
-float ReceiverLattice::State::current_blocked(Node& node) const {
-  once(node.blocked_version, placement_version, node.renewing,
-       [&] { node.blocked = scene.windows.blocked_fraction(node.x + kAirGap_m * node.n, node.n, scene.parts); });
+const Rgb& ReceiverLattice::State::current_blocked(Node& node) const {
+  once(node.blocked_version, placement_version, node.renewing, [&] {
+    const glm::dvec3 air = node.x + kAirGap_m * node.n;
+    node.blocked = scene.windows.blocked_fraction(air, node.n, scene.parts) +
+                   scene.windows.kept_by_glass(air, node.n, scene.parts);
+  });
   return node.blocked;
 }
 

@@ -23,6 +23,13 @@ glm::dvec3 window_point(const Aperture& a, int k) {
          s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
 }
 
+using Directions = std::array<glm::dvec3, kWindowPoints * kWindowPoints>;
+Directions directions_of(std::span<const glm::dvec3> offsets) {
+  Directions direction;
+  std::ranges::transform(offsets, direction.begin(), [](const glm::dvec3& d) { return glm::normalize(d); });
+  return direction;
+}
+
 } // namespace
 
 /// Directions that fill the disc evenly; each carries the whole sun's irradiance.
@@ -124,12 +131,28 @@ float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& 
                                          std::size_t ignored) const {
   return static_cast<float>(
       weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
-        std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
-        std::transform(offsets.begin(), offsets.end(), direction.begin(),
-                       [](const auto& d) { return glm::normalize(d); });
+        const Directions direction = directions_of(offsets);
         const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
         return covered ? covered & past_room(x, offsets) : 0u;
       }));
+}
+
+/// sum over the parts of (1 - T) V_part, T the mean transmittance.
+Rgb WindowVisibility::kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
+  Rgb sum(0.0f);
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    if (!parts.part(part).has_glass)
+      continue;
+    const double covers =
+        weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+          const Directions direction = directions_of(offsets);
+          const std::span<const glm::dvec3> all(direction.data(), offsets.size());
+          const std::uint32_t covered = parts.covered(part, x, all, ~0u);
+          return covered ? covered & ~parts.occluded(x, all) & past_room(x, offsets) : 0u;
+        });
+    sum += static_cast<float>(covers) * (1.0f - parts.part(part).transmittance);
+  }
+  return sum;
 }
 
 /// E = cos tau E_normal V: tau of all panes on the way; none at all where the ray crosses no aperture.

@@ -38,9 +38,11 @@ public:
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const;
   /// Of these, the points towards which a side of an object sees past its own object.
   SeenPoints past_own(const glm::dvec3& x, SeenPoints seen, const SenderSide& side) const;
-  /// What `parts` take of that fraction, all but `ignored`.
+  /// What parts without glass take of that fraction, all but `ignored`.
   float blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                          std::size_t ignored = PlacedParts::kNone) const;
+  /// What parts with glass keep of the light of that fraction, where no other part stands before the window.
+  Rgb kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
   /// Bit k: no surface of the room stands between x and x + offsets[k]; up to sixteen.
   std::uint32_t past_room(const glm::dvec3& x, std::span<const glm::dvec3> offsets) const;
   /// Irradiance by the whole sun, as one of its samples sees it.

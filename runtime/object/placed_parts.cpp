@@ -168,29 +168,34 @@ Rgb PlacedParts::passed(const glm::dvec3& x, const glm::dvec3& w) const {
   return left;
 }
 
-/// Only rays that may meet a part's sphere, and are not yet blocked, are traced against it.
 std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
                                     std::size_t ignored) const {
   std::uint32_t all = 0;
-  for (std::size_t part = 0; part < casters_.size(); ++part) {
-    const Caster& c = casters_[part];
-    const RayScene& rays = *c.part.rays;
-    const glm::vec3 from = rays.to_local(to_own(part, x));
-    std::array<std::size_t, 16> source{};
-    std::size_t count = 0;
-    if (c.part.has_glass || part == ignored)
-      continue;
-    for (std::size_t k = 0; k < directions.size(); ++k)
-      if (!(all >> k & 1u) && may_cover(c, x, directions[k]))
-        source[count++] = k;
-    if (count == 0)
-      continue;
-    const RayPacket16 packet =
-        ray_fan(from, count, [&](std::size_t k) { return glm::vec3(c.own_from_world * directions[source[k]]); });
-    const std::uint32_t met = rays.occluded16(packet, static_cast<int>(count));
-    for (std::size_t k = 0; k < count; ++k)
-      all |= (met >> k & 1u) << source[k];
-  }
+  for (std::size_t part = 0; part < casters_.size(); ++part)
+    if (!casters_[part].part.has_glass && part != ignored)
+      all |= covered(part, x, directions, ~all);
+  return all;
+}
+
+/// Only rays that may meet the part's sphere are traced.
+std::uint32_t PlacedParts::covered(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                                   std::uint32_t asked) const {
+  const Caster& c = casters_[which];
+  std::array<std::size_t, 16> source{};
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < directions.size(); ++k)
+    if ((asked >> k & 1u) && may_cover(c, x, directions[k]))
+      source[count++] = k;
+  if (count == 0)
+    return 0;
+  const RayScene& rays = *c.part.rays;
+  const RayPacket16 packet = ray_fan(rays.to_local(to_own(which, x)), count, [&](std::size_t k) {
+    return glm::vec3(c.own_from_world * directions[source[k]]);
+  });
+  const std::uint32_t met = rays.occluded16(packet, static_cast<int>(count));
+  std::uint32_t all = 0;
+  for (std::size_t k = 0; k < count; ++k)
+    all |= (met >> k & 1u) << source[k];
   return all;
 }
 

@@ -78,6 +78,9 @@ public:
   static constexpr std::size_t kNone = ~std::size_t{0};
   std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,
                          std::size_t ignored = kNone) const;
+  /// The same of one part alone, with glass or without; only directions whose bit is set in `asked`.
+  std::uint32_t covered(std::size_t which, const glm::dvec3& x, std::span<const glm::dvec3> directions,
+                        std::uint32_t asked) const;
 
 private:
   struct Caster {

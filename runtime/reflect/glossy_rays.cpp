@@ -23,7 +23,7 @@ namespace {
 
 constexpr float kGrazing = 1e-3f;    // least cosine of a ray to the face that it leaves
 constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
-constexpr float kPicture = 0.2f;     // of its light to the camera: what brings less is no picture of its own
+constexpr float kPicture = 0.1f;     // of its light to the camera: what brings less is no picture of its own
 constexpr int kFirstSurfaces = 2;    // whose mirror images in glass are all followed
 constexpr int kMostTotal = 48;       // total reflections on one way, beside the surfaces that light leaves by
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
@@ -43,6 +43,11 @@ const Bsdf& bsdf_of(const SurfaceMaterial& material) {
 bool is_alone(std::span<const std::optional<BsdfSample>> lobes) {
   const auto count = std::ranges::count_if(lobes, [](const auto& lobe) { return lobe.has_value(); });
   return count == 1 && std::ranges::none_of(lobes, [](const auto& lobe) { return lobe && lobe->transmitted; });
+}
+
+/// What is left of light that has yet to go a way inside, about as long as the one before, and out by one face.
+Rgb way_out(const SurfaceMaterial& m, double distance) {
+  return m.base_colour * glm::exp(-m.absorption_per_m * static_cast<float>(distance));
 }
 
 } // namespace
@@ -106,7 +111,8 @@ WorldRay GlossyRays::onward(const ObjectPoint& point, const Surface& s, const gl
 
 /// One ray for the brightest lobe and for each other that brings enough: few do, since all of a sample bring at most 1
 /// together. Those left out, and what would run on inside after the last ray, look somewhere, to all sides: they are as
-/// bright as the room's light on the surface here, E / pi, so that no light is lost. Rough ones see a window as well.
+/// bright as the room's light on the surface here, E / pi, so that no light is lost but what glass absorbs. Rough ones
+/// see a window as well.
 void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch& from, const glm::vec2& place,
                         Work& work) const {
   if (from.depth >= settings_.most_depth)
@@ -133,7 +139,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     const Rgb weight = from.weight * lobe->weight;
     const bool is_last = inside && !total && from.depth + 1 >= settings_.most_depth;
     if (is_last || (k != brightest && largest(weight) < least)) {
-      not_followed += weight;
+      not_followed += inside ? weight * way_out(s.material, from.inside ? point.distance : 0.0) : weight;
       continue;
     }
     ++work.rays;

@@ -7,6 +7,7 @@
 #include <glm/exponential.hpp>
 #include <tbb/global_control.h>
 
+#include "runtime/indirect/window_visibility.h"
 #include "runtime/object/placed_parts.h"
 #include "runtime/trace/glass_faces.h"
 #include "runtime/trace/light_visibility.h"
@@ -297,6 +298,38 @@ TEST(PlacedParts, let_light_pass_by_the_product_of_their_mean_transmittances) {
   EXPECT_EQ(stack(0, false), Rgb(1.0f));
   expect_near(stack(2, false), Rgb(0.25f, 0.49f, 0.81f), 1e-6f);
   EXPECT_EQ(stack(1, true), Rgb(0.0f));
+}
+
+/// A window overhead, 1 m wide and 2 m away; a pane of 0.4 m half a metre away covers it, or its half.
+TEST(WindowVisibility, glass_keeps_what_its_mean_transmittance_leaves_out_of_the_windows_that_it_covers) {
+  const ObjectMesh mesh = square(tinted_pane());
+  const RayScene pane =
+      *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
+  Room speck; // that hides nothing
+  speck.vertices = {{9, 9, 9}, {9.1, 9, 9}, {9, 9.1, 9}};
+  speck.materials = {{"black", Rgb(0.0f), Rgb(1.0f), false}};
+  speck.triangles = {{{0, 1, 2}, 0}};
+  const RayScene room = *RayScene::build(speck);
+  const std::vector<Aperture> overhead = {
+      {{{-0.5, -0.5, 2}, {0.5, -0.5, 2}, {0.5, 0.5, 2}, {-0.5, 0.5, 2}}, {0, 0, -1}, Rgb(1.0f)}};
+  const WindowVisibility windows(room, overhead);
+  const Rgb passed(0.5f, 0.7f, 0.9f);
+  const auto kept = [&](double aside, bool opaque_above) {
+    std::vector<PlacedPart> parts;
+    for (int k = 0; k < 1 + opaque_above; ++k) {
+      glm::dmat4 world(1.0);
+      world[3] = {aside, 0.0, 0.5 + 0.05 * k, 1.0};
+      parts.push_back({&pane, mesh.triangles, mesh.positions, 0, world});
+      parts.back().has_glass = k == 0;
+      parts.back().transmittance = k == 0 ? passed : Rgb(0.0f);
+    }
+    const PlacedParts placed(std::move(parts));
+    return windows.kept_by_glass({0, 0, 0}, {0, 0, 1}, placed);
+  };
+  expect_near(kept(0.0, false), 1.0f - passed, 1e-5f);
+  expect_near(kept(0.2, false), 0.5f * (1.0f - passed), 1e-5f);
+  expect_near(kept(2.0, false), Rgb(0.0f), 1e-6f);
+  expect_near(kept(0.0, true), Rgb(0.0f), 1e-6f);
 }
 
 } // namespace

@@ -67,13 +67,18 @@ TEST(GlassWalls, however_few_rays_may_follow_one_another_no_light_is_lost_or_add
 
 TEST(GlassWalls, what_runs_on_inside_after_the_last_ray_is_as_bright_as_the_light_on_the_surface) {
   constexpr float kOnSurface = 0.3f;
-  GlossyScene scene(glass());
-  scene.indirect.assign(scene.indirect.size(), {Rgb(kOnSurface), Rgb(kOnSurface)});
-  scene.renew({.most_depth = 1});
-  for (const double aside : {0.0, 0.06, 0.12}) {
-    const double sine = aside / static_cast<double>(GlossyScene::kRadius);
-    const float mirrored = fresnel_dielectric(static_cast<float>(std::sqrt(1.0 - sine * sine)), glass().ior);
-    EXPECT_NEAR(scene.radiance(aside).g, mirrored * kRoom + (1.0f - mirrored) * kOnSurface, 0.02f) << aside;
+  for (const float colour : {1.0f, 0.5f}) { // of each of two faces
+    ObjectMaterial material = glass();
+    material.base_colour = Rgb(colour);
+    GlossyScene scene(material);
+    scene.indirect.assign(scene.indirect.size(), {Rgb(kOnSurface), Rgb(kOnSurface)});
+    scene.renew({.most_depth = 1});
+    for (const double aside : {0.0, 0.06, 0.12}) {
+      const double sine = aside / static_cast<double>(GlossyScene::kRadius);
+      const float mirrored = fresnel_dielectric(static_cast<float>(std::sqrt(1.0 - sine * sine)), glass().ior);
+      EXPECT_NEAR(scene.radiance(aside).g, mirrored * kRoom + (1.0f - mirrored) * colour * colour * kOnSurface, 0.02f)
+          << aside << ", " << colour;
+    }
   }
 }
 
