@@ -50,7 +50,7 @@ TEST(PointsByRoom, stand_in_each_room_as_many_close_to_surfaces_as_far_from_them
   EXPECT_NEAR((*rooms)[1].box.min.y, 4.0, kBehindDoor_m);
   const Result<RayScene> rays = RayScene::build(room);
   for (const RoomPoints& r : *rooms) {
-    EXPECT_EQ(r.points.size(), 60u);
+    EXPECT_EQ(r.points.size(), 120u);
     int close = 0;
     for (const glm::dvec3& p : r.points) {
       const auto off = static_cast<double>(rays->distance(rays->to_local(p), 5.0f));
@@ -60,7 +60,7 @@ TEST(PointsByRoom, stand_in_each_room_as_many_close_to_surfaces_as_far_from_them
                   p.y < r.box.max.y && p.z < r.box.max.z);
       EXPECT_FALSE(p.x > 1 && p.x < 3 && p.y > 1 && p.y < 2 && p.z < 0.7) << "in the table";
     }
-    EXPECT_EQ(close, 20);
+    EXPECT_EQ(close, 40);
   }
 }
 
