@@ -89,8 +89,8 @@ constexpr std::array kTextures = {TextureWord{"map_Kd", &MtlMaterial::texture},
                                   TextureWord{"map_Ke", &MtlMaterial::emission_map},
                                   TextureWord{"norm", &MtlMaterial::normal_map}};
 
-constexpr std::array<std::string_view, 11> kUnread = {"refl", "map_Ks", "map_Ns", "map_d",  "map_Bump", "map_bump",
-                                                      "bump", "map_Pr", "map_Pm", "map_Ps", "disp"};
+/// Light that real rooms do not have, and how a texture is filtered.
+constexpr std::array<std::string_view, 4> kWithoutEffect = {"Ka", "map_Ka", "sharpness", "map_aat"};
 
 /// d and Tr may be pictures' options ("d -halo 0.5"): the number is the last word. d counts where both are given.
 void read_opacity(std::string_view keyword, std::optional<double> number, MtlMaterial& m) {
@@ -123,9 +123,13 @@ Result<void> read_line(const ObjLines& lines, std::string_view keyword, std::str
       read_opacity(keyword, number, m);
     return {};
   }
-  if (const auto* map = std::ranges::find_if(kTextures, is_keyword); map != kTextures.end())
+  const auto* map = std::ranges::find_if(kTextures, is_keyword);
+  if (map != kTextures.end())
     m.*(map->member) = read_texture(rest);
-  else if (std::ranges::find(kUnread, keyword) != kUnread.end())
+  if (map != kTextures.end() && (m.*(map->member)).file.empty())
+    m.unread.push_back(std::string(keyword) + " without a file");
+  else if (map == kTextures.end() && std::ranges::find(kWithoutEffect, keyword) == kWithoutEffect.end() &&
+           parse_number(trimmed(rest)) != 0.0) // 0: of a property that is switched off
     m.unread.emplace_back(keyword);
   return {};
 }

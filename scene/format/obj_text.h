@@ -64,7 +64,7 @@ struct MtlMaterial {
   std::optional<double> clearcoat, clearcoat_roughness;              ///< Pc, Pcr
   std::optional<double> anisotropy, anisotropy_turns;                ///< aniso, anisor
   MtlTexture texture, emission_map, normal_map;                      ///< map_Kd, map_Ke, norm
-  std::vector<std::string> unread;                                   ///< keywords of other maps
+  std::vector<std::string> unread;                                   ///< keywords of other maps, and unknown ones
 
   bool is_glass() const { return illumination == 7.0; } ///< refraction and Fresnel reflection
   bool emits() const { return emission && *emission != Rgb(0.0f); }

@@ -63,6 +63,8 @@ Result<void> check_numbers(const MtlMaterial& mtl, const std::string& where) {
     return error(fmt::format("Ns is {:g}, below 0 or not finite", ns), "give an exponent from 0 to 1000");
   if (const double d = mtl.opacity.value_or(1.0); !(d >= 0.0 && d <= 1.0))
     return error(fmt::format("d is {:g} (or Tr {:g}), outside 0..1", d, 1.0 - d), "give it between 0 and 1");
+  if (const double i = mtl.illumination.value_or(2.0); !(i >= 0.0 && i <= 10.0) || i != std::floor(i))
+    return error(fmt::format("illum is {:g}, no illumination model", i), "models are 0 to 10");
   return {};
 }
 

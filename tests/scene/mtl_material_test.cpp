@@ -52,6 +52,21 @@ TEST(MtlMaterial, a_mirror_keeps_what_kd_and_ks_send_back) {
   EXPECT_EQ(read("Ks 0.9 0.9 0.9\nNs 1000\nillum 3\nKd 0 0 0\n")->roughness, 0.0f);
 }
 
+TEST(MtlMaterial, keywords_that_are_not_read_are_named_unless_they_change_nothing) {
+  const auto all = detail::parse_mtl_text(
+      "newmtl paint\nKa 1 1 1\nKd 0.5 0.5 0.5\nRoughness 0.3\nPs 0.0\nmap_Kd\nmap_Bump -bm 1 a.png\nPs 0.4\n", "a.mtl");
+  ASSERT_TRUE(all) << all.error().message();
+  EXPECT_EQ(all->front().unread, (std::vector<std::string>{"Roughness", "map_Kd without a file", "map_Bump", "Ps"}));
+}
+
+TEST(MtlMaterial, an_illumination_model_is_a_whole_number_from_0_to_10) {
+  for (const char* model : {"99", "7.5", "-1", "nan"}) {
+    const auto m = read("Kd 0.5 0.5 0.5\nillum " + std::string(model) + "\n");
+    EXPECT_FALSE(m) << model;
+  }
+  EXPECT_TRUE(read("Kd 0.5 0.5 0.5\nillum 10\n"));
+}
+
 TEST(MtlMaterial, glass_by_illum_and_by_d) {
   const auto glass = read("Kd 0 0 0\nKs 0.5 0.5 0.5\nNs 250\nNi 1.6\nTf 0.9 1 0.9\nillum 7\n");
   EXPECT_EQ(glass->transmission, 1.0f);
