@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <limits>
 
 #include <glm/geometric.hpp>
 
+#include "runtime/indirect/room_planes.h"
 #include "runtime/object/ray_fan.h"
 #include "scene/room/aperture.h"
 
@@ -137,20 +139,28 @@ float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& 
       }));
 }
 
-/// sum over the parts of (1 - T) V_part, T the mean transmittance.
+/// sum over the parts of (1 - T) V_part, T the mean of the straight ways to the points of windows that it covers. `x`
+/// is above the surface; glass may stand on that.
 Rgb WindowVisibility::kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   Rgb sum(0.0f);
   for (std::size_t part = 0; part < parts.size(); ++part) {
     if (!parts.part(part).has_glass)
       continue;
+    Rgb passed(0.0f);
+    float ways = 0.0f;
     const double covers =
         weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
           const Directions direction = directions_of(offsets);
           const std::span<const glm::dvec3> all(direction.data(), offsets.size());
-          const std::uint32_t covered = parts.covered(part, x, all, ~0u);
-          return covered ? covered & ~parts.occluded(x, all) & past_room(x, offsets) : 0u;
+          std::uint32_t covered = parts.covered(part, x, all, ~0u);
+          covered = covered ? covered & ~parts.occluded(x, all) & past_room(x, offsets) : 0u;
+          for (std::uint32_t left = covered; left; left &= left - 1, ways += 1.0f)
+            passed += parts.passed_straight(part, x - 0.5 * kAirGap_m * n,
+                                            direction[static_cast<std::size_t>(std::countr_zero(left))]);
+          return covered;
         });
-    sum += static_cast<float>(covers) * (1.0f - parts.part(part).transmittance);
+    if (ways > 0.0f)
+      sum += static_cast<float>(covers) * (1.0f - passed / ways);
   }
   return sum;
 }

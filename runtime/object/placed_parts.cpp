@@ -9,6 +9,7 @@
 #include <glm/matrix.hpp>
 
 #include "runtime/object/ray_fan.h"
+#include "scene/model/straight_light.h"
 
 namespace daylit {
 
@@ -166,6 +167,31 @@ Rgb PlacedParts::passed(const glm::dvec3& x, const glm::dvec3& w) const {
       if (PartHit hit; cast(part, x, w, hit))
         left *= c.part.transmittance;
   return left;
+}
+
+/// Product over the faces on the way.
+Rgb PlacedParts::passed_straight(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction) const {
+  constexpr int kMostFaces = 64;
+  const Caster& c = casters_[which];
+  const RayScene& rays = *c.part.rays;
+  if (!c.part.glass)
+    return c.part.transmittance;
+  const glm::vec3 own = glm::vec3(c.own_from_world * direction);
+  const float offset = 4.0f * rays.surface_offset();
+  glm::vec3 from = rays.to_local(to_own(which, x)) - offset * own;
+  Rgb left(1.0f);
+  for (int face = 0; face < kMostFaces && left != Rgb(0.0f); ++face) {
+    RayHit hit;
+    if (!rays.closest(from, own, 0.0f, kInfinity, hit))
+      return left;
+    const auto& t = c.part.triangles[hit.triangle];
+    const glm::vec3 a = c.part.positions[t[0]];
+    const glm::vec3 area = glm::cross(c.part.positions[t[1]] - a, c.part.positions[t[2]] - a);
+    left *= straight_transmittance(*c.part.glass, hit.triangle, hit.u, hit.v, glm::dot(glm::normalize(area), own),
+                                   hit.distance * static_cast<float>(c.scale));
+    from += (hit.distance + offset) * own;
+  }
+  return Rgb(0.0f);
 }
 
 std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,

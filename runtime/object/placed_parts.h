@@ -13,6 +13,7 @@
 #include <glm/mat4x4.hpp>
 
 #include "runtime/sky/window_cone.h"
+#include "scene/model/object_mesh.h"
 #include "scene/room/ray_scene.h"
 
 namespace daylit {
@@ -29,6 +30,7 @@ struct PlacedPart {
   /// Per vertex, where given: its place in the light of all objects, counted in the order of the vertices.
   std::span<const std::uint32_t> sender{};
   std::span<const glm::vec3> mirror_normals{}; ///< of the vertices, own frame; empty where nothing mirrors
+  const ObjectMesh* glass = nullptr;           ///< with its faces of glass; null: only `transmittance` is known
 };
 
 /// First point of an object along a ray.
@@ -74,6 +76,8 @@ public:
   bool between(const glm::dvec3& a, const glm::dvec3& b) const;
   /// What of light from the direction comes through all parts, by the mean of those with glass; 0 behind others.
   Rgb passed(const glm::dvec3& x, const glm::dvec3& direction) const;
+  /// The same of one part with glass, face by face. A face that x lies on counts.
+  Rgb passed_straight(std::size_t which, const glm::dvec3& x, const glm::dvec3& direction) const;
   /// Up to sixteen directions: bit k is set where a part without glass lies in direction k. A part may be left out.
   static constexpr std::size_t kNone = ~std::size_t{0};
   std::uint32_t occluded(const glm::dvec3& x, std::span<const glm::dvec3> directions,

@@ -300,6 +300,26 @@ TEST(PlacedParts, let_light_pass_by_the_product_of_their_mean_transmittances) {
   EXPECT_EQ(stack(1, true), Rgb(0.0f));
 }
 
+TEST(PlacedParts, let_light_straight_through_each_face_that_one_of_them_has_on_the_way) {
+  const float through = 1.0f - fresnel_dielectric(1.0f, 1.5f);
+  const ObjectMesh mesh = square(green_glass(), 0.02f);
+  const RayScene rays =
+      *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
+  glm::dmat4 world(2.0); // 4 cm thick
+  world[3] = {0.0, 0.0, 1.0, 1.0};
+  PlacedPart part{&rays, mesh.triangles, mesh.positions, 0, world};
+  part.has_glass = true;
+  part.transmittance = Rgb(0.5f);
+  const auto passed = [&](double z) { return PlacedParts({part}).passed_straight(0, {0.05, 0.05, z}, {0, 0, 1}); };
+  EXPECT_EQ(passed(0.0), part.transmittance) << "its faces are not known";
+  part.glass = &mesh;
+  const Rgb absorbed = glm::pow(Rgb(0.2f, 0.8f, 0.4f), Rgb(0.4f));
+  expect_near(passed(0.0), through * through * absorbed, 1e-4f);
+  expect_near(passed(0.96), through * through * absorbed, 1e-4f); // on the lower face
+  expect_near(passed(0.98), through * glm::sqrt(absorbed), 1e-4f);
+  EXPECT_EQ(passed(1.5), Rgb(1.0f));
+}
+
 /// A window overhead, 1 m wide and 2 m away; a pane of 0.4 m half a metre away covers it, or its half.
 TEST(WindowVisibility, glass_keeps_what_its_mean_transmittance_leaves_out_of_the_windows_that_it_covers) {
   const ObjectMesh mesh = square(tinted_pane());
