@@ -13,8 +13,7 @@ namespace {
 bool is_same(const PlacedPart& a, const PlacedPart& b) {
   return a.rays == b.rays && a.positions.data() == b.positions.data() && a.positions.size() == b.positions.size() &&
          a.first_vertex == b.first_vertex && a.sender.data() == b.sender.data() &&
-         a.mirror_normals.data() == b.mirror_normals.data() && a.has_glass == b.has_glass &&
-         a.transmittance == b.transmittance;
+         a.mirror_normals.data() == b.mirror_normals.data() && a.glass == b.glass && a.transmittance == b.transmittance;
 }
 
 /// The cones in which x sees two spheres have a direction in common, and the first may lie before the second: it is

@@ -144,7 +144,7 @@ float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& 
 Rgb WindowVisibility::kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const {
   Rgb sum(0.0f);
   for (std::size_t part = 0; part < parts.size(); ++part) {
-    if (!parts.part(part).has_glass)
+    if (!parts.part(part).glass)
       continue;
     Rgb passed(0.0f);
     float ways = 0.0f;

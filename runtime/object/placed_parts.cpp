@@ -163,7 +163,7 @@ bool PlacedParts::between(const glm::dvec3& a, const glm::dvec3& b) const {
 Rgb PlacedParts::passed(const glm::dvec3& x, const glm::dvec3& w) const {
   Rgb left(occluded(x, {&w, 1}) ? 0.0f : 1.0f);
   for (std::size_t part = 0; part < casters_.size() && left != Rgb(0.0f); ++part)
-    if (const Caster& c = casters_[part]; c.part.has_glass && may_cover(c, x, w))
+    if (const Caster& c = casters_[part]; c.part.glass && may_cover(c, x, w))
       if (PartHit hit; cast(part, x, w, hit))
         left *= c.part.transmittance;
   return left;
@@ -174,8 +174,6 @@ Rgb PlacedParts::passed_straight(std::size_t which, const glm::dvec3& x, const g
   constexpr int kMostFaces = 64;
   const Caster& c = casters_[which];
   const RayScene& rays = *c.part.rays;
-  if (!c.part.glass)
-    return c.part.transmittance;
   const glm::vec3 own = glm::vec3(c.own_from_world * direction);
   const float offset = 4.0f * rays.surface_offset();
   glm::vec3 from = rays.to_local(to_own(which, x)) - offset * own;
@@ -198,7 +196,7 @@ std::uint32_t PlacedParts::occluded(const glm::dvec3& x, std::span<const glm::dv
                                     std::size_t ignored) const {
   std::uint32_t all = 0;
   for (std::size_t part = 0; part < casters_.size(); ++part)
-    if (!casters_[part].part.has_glass && part != ignored)
+    if (!casters_[part].part.glass && part != ignored)
       all |= covered(part, x, directions, ~all);
   return all;
 }

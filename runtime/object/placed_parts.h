@@ -25,12 +25,11 @@ struct PlacedPart {
   std::span<const glm::vec3> positions;                    ///< own frame
   std::size_t first_vertex = 0;                            ///< in the light of all objects, without `sender`
   glm::dmat4 world_from_object{1.0};                       ///< rigid but for one scale
-  bool has_glass = false;
+  const ObjectMesh* glass = nullptr; ///< its mesh, where faces of it are of glass; null: light stops at it
   Rgb transmittance{0.0f}; ///< of one with glass: mean part of light from behind it that comes through straight
   /// Per vertex, where given: its place in the light of all objects, counted in the order of the vertices.
   std::span<const std::uint32_t> sender{};
   std::span<const glm::vec3> mirror_normals{}; ///< of the vertices, own frame; empty where nothing mirrors
-  const ObjectMesh* glass = nullptr;           ///< with its faces of glass; null: only `transmittance` is known
 };
 
 /// First point of an object along a ray.

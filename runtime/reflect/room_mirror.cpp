@@ -109,19 +109,6 @@ void RoomMirror::images(std::span<const WorldRay> camera, const GlossyRays& rays
                               found[k].share * behind[k].radiance};
 }
 
-namespace {
-
-/// What is left of the room's light in a pixel, by the picture and the photograph.
-Rgb left_of(const Rgb& picture, const Rgb& photo) {
-  Rgb left(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (photo[c] > 0.0f)
-      left[c] = std::clamp(picture[c] / photo[c], 0.0f, 1.0f);
-  return left;
-}
-
-} // namespace
-
 std::size_t RoomMirror::draw(const DrawnPicture& drawn, const GlossyRays& rays, const RoomSeen& room,
                              const PhotoPixels& photo, const PhotoScale& scale, Composite& composite) const {
   PixelBox box;

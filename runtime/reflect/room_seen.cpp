@@ -28,6 +28,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 } // namespace
 
+Rgb left_of(const Rgb& picture, const Rgb& photo) {
+  Rgb left(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (photo[c] > 0.0f)
+      left[c] = std::clamp(picture[c] / photo[c], 0.0f, 1.0f);
+  return left;
+}
+
 PhotographedRoom::PhotographedRoom(const Composite& composite, const RenderCamera& camera, const LensModel& lens,
                                    const PhotoScale& scale, float white, const PhotoPixels* photo)
     : composite_(composite), camera_(camera), lens_(lens),
@@ -104,16 +112,11 @@ std::optional<PhotographedRoom::Seen> PhotographedRoom::look(const glm::dvec3& x
 }
 
 Rgb PhotographedRoom::left_at(const glm::dvec3& x) const {
-  Rgb left(1.0f);
   const auto place = photo_ ? pixel_of(x) : std::nullopt;
   const auto drawn = place ? drawn_at(*place) : std::nullopt;
   if (!drawn)
-    return left;
-  const Rgb without = *between_pixels(*place, [&](std::size_t i) { return std::optional<Rgb>((*photo_)[i]); });
-  for (int c = 0; c < 3; ++c)
-    if (without[c] > 0.0f)
-      left[c] = std::clamp((*drawn)[c] / without[c], 0.0f, 1.0f);
-  return left;
+    return Rgb(1.0f);
+  return left_of(*drawn, *between_pixels(*place, [&](std::size_t i) { return std::optional<Rgb>((*photo_)[i]); }));
 }
 
 std::optional<Rgb> PhotographedRoom::nearest(const glm::dvec3& x) const {

@@ -20,6 +20,9 @@
 
 namespace daylit {
 
+/// What is left of the room's light, channel by channel: the picture over the photograph, 0 to 1.
+Rgb left_of(const Rgb& picture, const Rgb& photo);
+
 /// The photograph with the objects' shadows on the room, as a map of the room's radiance.
 class PhotographedRoom {
 public:

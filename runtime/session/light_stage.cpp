@@ -14,9 +14,8 @@ std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
   std::vector<PlacedPart> parts;
   for (const VirtualObjects::Part& part : objects.parts)
     parts.push_back({&part.rays(), part.mesh().triangles, part.mesh().positions, part.first_vertex,
-                     part.world_from_object, part.has_glass, part.transmittance, part.sender,
-                     part.is_metal ? std::span<const glm::vec3>(part.mesh().normals) : std::span<const glm::vec3>{},
-                     part.has_glass ? &part.mesh() : nullptr});
+                     part.world_from_object, part.has_glass ? &part.mesh() : nullptr, part.transmittance, part.sender,
+                     part.is_metal ? std::span<const glm::vec3>(part.mesh().normals) : std::span<const glm::vec3>{}});
   return parts;
 }
 

@@ -290,7 +290,7 @@ TEST(PlacedParts, let_light_pass_by_the_product_of_their_mean_transmittances) {
       glm::dmat4 world(1.0);
       world[3].z = 0.5 + 0.1 * k;
       parts.push_back({&rays, mesh.triangles, mesh.positions, 0, world});
-      parts.back().has_glass = k < panes;
+      parts.back().glass = k < panes ? &mesh : nullptr;
       parts.back().transmittance = k < panes ? Rgb(0.5f, 0.7f, 0.9f) : Rgb(0.0f);
     }
     return PlacedParts(std::move(parts)).passed({0.05, 0.05, 0.0}, {0, 0, 1});
@@ -307,12 +307,8 @@ TEST(PlacedParts, let_light_straight_through_each_face_that_one_of_them_has_on_t
       *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
   glm::dmat4 world(2.0); // 4 cm thick
   world[3] = {0.0, 0.0, 1.0, 1.0};
-  PlacedPart part{&rays, mesh.triangles, mesh.positions, 0, world};
-  part.has_glass = true;
-  part.transmittance = Rgb(0.5f);
+  const PlacedPart part{&rays, mesh.triangles, mesh.positions, 0, world, &mesh};
   const auto passed = [&](double z) { return PlacedParts({part}).passed_straight(0, {0.05, 0.05, z}, {0, 0, 1}); };
-  EXPECT_EQ(passed(0.0), part.transmittance) << "its faces are not known";
-  part.glass = &mesh;
   const Rgb absorbed = glm::pow(Rgb(0.2f, 0.8f, 0.4f), Rgb(0.4f));
   expect_near(passed(0.0), through * through * absorbed, 1e-4f);
   expect_near(passed(0.96), through * through * absorbed, 1e-4f); // on the lower face
@@ -321,7 +317,7 @@ TEST(PlacedParts, let_light_straight_through_each_face_that_one_of_them_has_on_t
 }
 
 /// A window overhead, 1 m wide and 2 m away; a pane of 0.4 m half a metre away covers it, or its half.
-TEST(WindowVisibility, glass_keeps_what_its_mean_transmittance_leaves_out_of_the_windows_that_it_covers) {
+TEST(WindowVisibility, glass_keeps_of_the_windows_that_it_covers_what_its_faces_do_not_let_through) {
   const ObjectMesh mesh = square(tinted_pane());
   const RayScene pane =
       *RayScene::build(std::vector<glm::dvec3>(mesh.positions.begin(), mesh.positions.end()), mesh.triangles);
@@ -333,21 +329,20 @@ TEST(WindowVisibility, glass_keeps_what_its_mean_transmittance_leaves_out_of_the
   const std::vector<Aperture> overhead = {
       {{{-0.5, -0.5, 2}, {0.5, -0.5, 2}, {0.5, 0.5, 2}, {-0.5, 0.5, 2}}, {0, 0, -1}, Rgb(1.0f)}};
   const WindowVisibility windows(room, overhead);
-  const Rgb passed(0.5f, 0.7f, 0.9f);
+  const Rgb passed = 0.8f * (1.0f - fresnel_dielectric(1.0f, 1.5f)) * Rgb(0.9f, 0.6f, 0.3f);
   const auto kept = [&](double aside, bool opaque_above) {
     std::vector<PlacedPart> parts;
     for (int k = 0; k < 1 + opaque_above; ++k) {
       glm::dmat4 world(1.0);
       world[3] = {aside, 0.0, 0.5 + 0.05 * k, 1.0};
       parts.push_back({&pane, mesh.triangles, mesh.positions, 0, world});
-      parts.back().has_glass = k == 0;
-      parts.back().transmittance = k == 0 ? passed : Rgb(0.0f);
+      parts.back().glass = k == 0 ? &mesh : nullptr;
     }
     const PlacedParts placed(std::move(parts));
     return windows.kept_by_glass({0, 0, 0}, {0, 0, 1}, placed);
   };
-  expect_near(kept(0.0, false), 1.0f - passed, 1e-5f);
-  expect_near(kept(0.2, false), 0.5f * (1.0f - passed), 1e-5f);
+  expect_near(kept(0.0, false), 1.0f - passed, 1e-3f);
+  expect_near(kept(0.2, false), 0.5f * (1.0f - passed), 1e-3f);
   expect_near(kept(2.0, false), Rgb(0.0f), 1e-6f);
   expect_near(kept(0.0, true), Rgb(0.0f), 1e-6f);
 }

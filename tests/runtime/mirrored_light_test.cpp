@@ -64,7 +64,7 @@ TEST(MirroredLight, a_small_mirroring_sphere_sends_to_all_sides_the_mean_of_what
   glm::dmat4 world(1.0);
   world[3] = glm::dvec4(at, 1.0);
   s.change.set_objects(
-      {{&s.mesh_rays, s.mesh.triangles, s.mesh.positions, 0, world, false, Rgb(0.0f), {}, s.mesh.normals}});
+      {{&s.mesh_rays, s.mesh.triangles, s.mesh.positions, 0, world, nullptr, Rgb(0.0f), {}, s.mesh.normals}});
   s.change.set_sky(s.pyramid, {});
   constexpr float kDiffuse = 1.5f, kMean = 6.0f;
   const ObjectSurface surface = test::place(s.mesh, at);
