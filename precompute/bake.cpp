@@ -37,17 +37,17 @@ struct DirectLight {
 };
 
 Result<DirectLight> direct_light(const Problem& problem, const LightElements& elements, const SkyPartition& partition,
-                                 const Progress& progress, radiosity::FirstBounceReport& report) {
+                                 int directions, const Progress& progress, radiosity::FirstBounceReport& report) {
   DirectLight light;
   if (partition.interpolated()) {
     auto rows = radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays, problem.apertures.list,
-                                             partition, progress, &report);
+                                             partition, progress, &report, {directions});
     if (!rows)
       return rows.error();
     light.rows = std::move(*rows);
   } else {
     auto table = radiosity::first_bounce(problem.patches, problem.mesh, problem.facet_rays, problem.apertures.list,
-                                         partition, progress, &report);
+                                         partition, progress, &report, {directions});
     if (!table)
       return table.error();
     light.table = std::move(*table);
@@ -215,7 +215,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
     return memory.error();
   if (const Result<void> fits = check_memory(report.memory_bytes, options.memory_bytes); !fits)
     return fits.error();
-  auto light = direct_light(*problem, *elements, partition, progress, report.first_bounce);
+  auto light = direct_light(*problem, *elements, partition, options.directions, progress, report.first_bounce);
   if (!light)
     return light.error();
   report.regions = partition.size();

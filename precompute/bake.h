@@ -29,6 +29,7 @@ struct BakeOptions {
   double facet_edge_m = 0; ///< 0: chosen for target_facets
   int target_facets = 2500;
   double visibility_rays = 229376;  ///< of partly hidden pairs, per unit of form factor
+  int directions = 16384;           ///< of direct light, radiosity::FirstBounceOptions
   int gather_rays = 2048;           ///< per probe
   double low_rank_tolerance = 1e-4; ///< of far blocks of the exchange matrix; 0: all entries are kept
   double tolerance = 1e-5;          ///< residual of the solver

@@ -16,6 +16,7 @@ namespace {
 constexpr int kFacets = 640, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
+constexpr int kDirections = 4096; // of 64 regions: 64 for each
 constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
@@ -164,6 +165,7 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   const SkyPartition sky = *SkyPartition::uniform(kRegions);
   BakeOptions options;
   options.visibility_rays = kVisibilityRays;
+  options.directions = kDirections;
   options.gather_rays = kGatherRays;
   options.audit = true;
   options.memory_bytes = memory_bytes;

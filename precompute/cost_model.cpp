@@ -34,9 +34,9 @@ double probe_clusters(const BakeWork& w) {
   return std::exp2(std::ceil(std::log2(std::max(w.probes / kFullCluster, 1.0))));
 }
 
-/// In clusters of `compress_probes` probes: clusters (1 + sources / c) (probes / p)^a (3 % / error)^b.
+/// In sources times clusters of `compress_probes` probes: sources clusters (probes / p)^a (3 % / error)^b.
 double compression(const BakeWork& w, double error) {
-  return probe_clusters(w) * (1 + sources(w) / model.compress_sources) *
+  return probe_clusters(w) * sources(w) *
          std::pow(w.probes / probe_clusters(w) / model.compress_probes, model.compress_probes_exponent) *
          std::pow(0.03 / error, model.compress_exponent);
 }
@@ -89,7 +89,7 @@ SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
 }
 
 /// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations. Rays and
-/// products of probes are scaled by how fast those of the calibration bake ran, which says nothing of solver and
+/// products of probes are scaled by how fast the rays of the calibration bake ran, which says nothing of solver and
 /// compression: they meet no surface.
 double predicted_seconds(const CalibrationBake& calibration, const BakeWork& work, double visibility_rays,
                          double compact_error) {
@@ -103,10 +103,10 @@ double predicted_seconds(const CalibrationBake& calibration, const BakeWork& wor
                      own_facets};
   const auto measured = [&](const char* stage) { return seconds_of(calibration.stages, stage); };
   const double more = work.facets / own.facets, elements = fine ? work.elements / own.facets : more;
-  const double modelled =
-      model.gather_start_s + model.ray_s * own.probes * own.gather_rays + model.product_s * product(own);
-  const double speed = std::clamp((measured("rays") + measured("volume")) / modelled, 0.1, 10.0);
-  double s = calibration.seconds + model.start_s + more * measured("mesh") + elements * measured("first bounce");
+  const double modelled = model.gather_start_s + model.ray_s * own.probes * own.gather_rays;
+  const double speed = std::clamp(measured("rays") / modelled, 0.1, 10.0);
+  double s = calibration.seconds + model.start_s + more * measured("mesh") +
+             model.bounce_elements * elements * measured("first bounce");
   s += std::max(model.audit_elements * elements, 1.0) * measured("audit");
   s += measured("form factors") * std::pow(more, model.exchange_exponent) *
        std::pow(visibility_rays / calibration.visibility_rays, model.visibility_exponent);

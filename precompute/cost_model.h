@@ -38,22 +38,23 @@ struct CostModel {
   double ray_s = 3.5e-8;            ///< per gather ray
   double product_s = 5e-12;         ///< per multiplication of the dense products
   double solve_s = 4.5e-11;         ///< the same of the solver
-  double audit_elements = 0.85;     ///< audit / that of the calibration bake, per element and facet of that bake
+  // Per element and facet of the calibration bake, which has fewer directions of direct light:
+  double bounce_elements = 3.3; ///< first bounce / that of the calibration bake
+  double audit_elements = 2.1;  ///< the same of the audit
 
   // A fine sky: probe clusters, each with factors for all sources.
   double lit_elements = 0.88;            ///< sources / elements wanted
-  double rank = 80;                      ///< components of a full cluster at an error of 3 % ...
+  double rank = 68;                      ///< components of a full cluster at an error of 3 % ...
   double rank_exponent = 0.35;           ///< ... ~ error^-this
   double rank_of_probes = 0.6;           ///< ... ~ probes in the cluster^this
   double stored_bytes = 0.64;            ///< per coefficient of a factor: most are bytes, packed
   double aggregated_fraction = 0.5;      ///< aggregated sources of a cluster / sources
   double row_padding = 1.02;             ///< rows padded to whole 16 / coefficients of the probes
   double light_bytes = 0.06;             ///< per source and node: what a source sees of the sky
-  double compress_s = 0.035;             ///< per cluster of `compress_probes`, few sources, an error of 3 % ...
+  double compress_s = 2.1e-5;            ///< per source and cluster of `compress_probes`, an error of 3 % ...
   double compress_probes = 128;          ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
-  double compress_exponent = 0.6;        ///< ... ~ error^-this ...
-  double compress_sources = 8700;        ///< ... ~ 1 + sources / this
+  double compress_exponent = 0.6;        ///< ... ~ error^-this
 };
 
 inline constexpr CostModel kCostModel{};

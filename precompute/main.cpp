@@ -237,6 +237,8 @@ Result<Outcome> bake_as_planned(const Arguments& a, const precompute::PlanReques
                     : precompute::bake_to_error(room, request, &store, progress.callback(), announce);
   if (!baked)
     return baked.error();
+  if (a.json)
+    announce(missed_text(baked->plan, baked->measured));
   return Outcome{std::move(baked->volume), baked->plan.precision, to_json(*baked, false), to_json(*baked),
                  to_text(baked->report) + to_text(baked->plan, baked->measured)};
 }

@@ -251,6 +251,17 @@ nlohmann::ordered_json to_json(const Measured::OfRoom& room) {
 
 } // namespace
 
+std::string missed_text(const Plan& plan, const Measured& m) {
+  std::string text;
+  if (m.total > plan.max_error)
+    text +=
+        format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.3g may reach them\n",
+               100 * plan.max_error, 100 * plan.max_error * plan.max_error / m.total);
+  if (m.sun > 2 * plan.max_error)
+    text += format("note       under a small sun the error is above twice that\n");
+  return text;
+}
+
 /// The measured error beside the target, with a warning where it is above.
 std::string to_text(const Plan& plan, const Measured& m) {
   std::string text = format(
@@ -269,14 +280,7 @@ std::string to_text(const Plan& plan, const Measured& m) {
     text += format("; under a small sun %.1f %%", 100 * m.standing_sun);
   if (m.standing_points > 0)
     text += "\n";
-  text += room_lines(m);
-  if (m.total > plan.max_error)
-    text +=
-        format("warning    the measured error is above the %.3g %% that were wanted; --max-error %.3g may reach them\n",
-               100 * plan.max_error, 100 * plan.max_error * plan.max_error / m.total);
-  if (m.sun > 2 * plan.max_error)
-    text += format("note       under a small sun the error is above twice that\n");
-  return text;
+  return text + room_lines(m) + missed_text(plan, m);
 }
 
 std::string to_json(const PlannedBake& bake, bool times) {

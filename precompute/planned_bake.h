@@ -32,6 +32,8 @@ CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, 
 
 /// Lines for a person, after the bake.
 std::string to_text(const Plan& plan, const Measured& measured);
+/// The part of it that warns: empty where the error is as wanted.
+std::string missed_text(const Plan& plan, const Measured& measured);
 
 /// What a bake to an error, or in a time, begins with.
 struct BakePlan {

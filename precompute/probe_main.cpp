@@ -131,8 +131,8 @@ Result<void> answer_lines(const Arguments& a, const Probe& probe) {
   if (interrupted())
     return interrupted_error("stdin");
   if (outside > 0 && !a.quiet)
-    std::fprintf(stderr, "daylit-probe: %zu of %zu points are outside the room or inside furniture\n", outside,
-                 line_number);
+    std::fprintf(stderr, "daylit-probe: %zu of %zu points are outdoors, outside of the model or inside furniture\n",
+                 outside, line_number);
   if (probe.windowed > 0 && !a.quiet)
     std::fprintf(
         stderr,

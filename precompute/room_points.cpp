@@ -22,6 +22,9 @@ constexpr std::array<double, 4> kOffSurfaces_m{0.1, 0.2, 0.5, 1e9}; ///< borders
 constexpr std::size_t kStrata = kOffSurfaces_m.size() - 1, kOfStratum = 40, kMostRooms = 64, kTries = 16384;
 constexpr std::size_t kCounted = 1024; ///< of the candidates, that tell how much of the air is in each stratum
 constexpr std::size_t kLookers = 32;   ///< of the points in a room's air, from which others are looked for
+constexpr double kSame = 0.8;          ///< of the smaller of two boxes lies in both: they may be of one room,
+constexpr double kSimilar = 0.67;      ///< if it is so much of the larger, too
+constexpr double kOneAir = 0.6;        ///< of the points of one that see the nearest one of the other: they are
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
@@ -50,7 +53,37 @@ std::optional<Bounds> box_around(const Room& room, glm::dvec3 p, const std::vect
   return found;
 }
 
-std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& in_air) {
+using Sees = std::function<bool(const glm::dvec3&, const glm::dvec3&)>;
+
+/// A room has another box from a place that sees into a niche; behind a wall lie other rooms, whatever the boxes.
+bool are_one(const Found& a, const Found& b, const Sees& sees) {
+  const glm::dvec3 common = glm::max(glm::min(a.box.max, b.box.max) - glm::max(a.box.min, b.box.min), 0.0);
+  const double both = common.x * common.y * common.z, of_a = volume(a.box), of_b = volume(b.box);
+  if (both < kSame * std::min(of_a, of_b) || both < kSimilar * std::max(of_a, of_b))
+    return false;
+  const auto seen = std::ranges::count_if(b.air, [&](const glm::dvec3& p) {
+    return sees(p, *std::ranges::min_element(a.air, {}, [&](const glm::dvec3& q) { return glm::distance(p, q); }));
+  });
+  return static_cast<double>(seen) >= kOneAir * static_cast<double>(b.air.size());
+}
+
+/// `rooms`: those with most points first.
+std::vector<Found> joined(std::vector<Found> rooms, const Sees& sees) {
+  std::vector<Found> out;
+  for (Found& room : rooms) {
+    const auto same = std::ranges::find_if(out, [&](const Found& r) { return are_one(r, room, sees); });
+    if (same == out.end()) {
+      out.push_back(std::move(room));
+      continue;
+    }
+    same->air.insert(same->air.end(), room.air.begin(), room.air.end());
+    same->box.include(room.box.min);
+    same->box.include(room.box.max);
+  }
+  return out;
+}
+
+std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& in_air, const Sees& sees) {
   std::vector<Found> rooms;
   for (const glm::dvec3& p : in_air) {
     auto in = std::ranges::find_if(rooms, [&](const Found& r) { return contains(r.box, p); });
@@ -61,7 +94,7 @@ std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& i
       in->air.push_back(p);
   }
   std::ranges::stable_sort(rooms, [](const Found& a, const Found& b) { return a.air.size() > b.air.size(); });
-  return rooms;
+  return joined(std::move(rooms), sees);
 }
 
 /// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
@@ -111,12 +144,15 @@ Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& b
   if (!apertures)
     return apertures.error();
   std::vector<RoomPoints> out;
-  for (const Found& found : find_rooms(room, in_air)) {
+  const Sees sees = [&](const glm::dvec3& a, const glm::dvec3& p) {
+    return open_between(a, p, *rays, apertures->list);
+  };
+  for (const Found& found : find_rooms(room, in_air, sees)) {
     const Bounds box{glm::max(found.box.min, bounds.min), glm::min(found.box.max, bounds.max)};
     const auto seen = [&](const glm::dvec3& p) {
       return std::ranges::any_of(found.air.begin(),
                                  found.air.begin() + std::ptrdiff_t(std::min(kLookers, found.air.size())),
-                                 [&](const glm::dvec3& a) { return open_between(a, p, *rays, apertures->list); });
+                                 [&](const glm::dvec3& a) { return sees(a, p); });
     };
     RoomPoints points = spread_over_strata(box, *rays, seen);
     points.box = found.box;

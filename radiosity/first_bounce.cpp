@@ -99,9 +99,9 @@ FirstBounce compact(const std::vector<FirstBounceRow>& rows, int regions) {
 Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const SurfaceMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
-                                                      FirstBounceReport* report) {
+                                                      FirstBounceReport* report, const FirstBounceOptions& options) {
   const double start = wall_seconds();
-  DirectLight task(set, mesh, scene, apertures, partition);
+  DirectLight task(set, mesh, scene, apertures, partition, options);
   std::vector<FirstBounceRow> rows(set.patches.size());
   const Result<void> done = parallel_stage("first bounce", set.patches.size(), 64, progress, [&](std::size_t i) {
     Received received{std::vector<glm::dvec3>(partition.size(), glm::dvec3(0.0)), 0.0};
@@ -123,8 +123,9 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
 
 Result<FirstBounce> first_bounce(const PatchSet& set, const SurfaceMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
-                                 const Progress& progress, FirstBounceReport* report) {
-  const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report);
+                                 const Progress& progress, FirstBounceReport* report,
+                                 const FirstBounceOptions& options) {
+  const auto rows = first_bounce_rows(set, mesh, scene, apertures, partition, progress, report, options);
   if (!rows)
     return rows.error();
   FirstBounce result = compact(*rows, partition.size());

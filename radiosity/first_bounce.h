@@ -46,11 +46,16 @@ struct FirstBounceRow {
   float opening = 0;           ///< as FirstBounce::opening
 };
 
+struct FirstBounceOptions {
+  int directions = 16384; ///< that stand for the whole sphere, at least so many
+};
+
 /// first_bounce() for thousands of regions, of which a patch sees some: one row per patch.
 Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const SurfaceMesh& mesh,
                                                       const RayScene& scene, const std::vector<Aperture>& apertures,
                                                       const SkyPartition& partition, const Progress& progress,
-                                                      FirstBounceReport* report = nullptr);
+                                                      FirstBounceReport* report = nullptr,
+                                                      const FirstBounceOptions& options = {});
 
 /// Thousands of directions, four or more for each region, one for a node. Per patch, aperture and direction: the part
 /// of the patch that parallel light through the aperture meets, by an exact polygon clip, so that a region's energy
@@ -59,6 +64,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
 /// their solid angle instead. Whatever else escapes is found by cosine-distributed rays. Error: interrupted.
 Result<FirstBounce> first_bounce(const PatchSet& set, const SurfaceMesh& mesh, const RayScene& scene,
                                  const std::vector<Aperture>& apertures, const SkyPartition& partition,
-                                 const Progress& progress, FirstBounceReport* report = nullptr);
+                                 const Progress& progress, FirstBounceReport* report = nullptr,
+                                 const FirstBounceOptions& options = {});
 
 } // namespace daylit::radiosity

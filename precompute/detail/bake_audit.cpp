@@ -78,8 +78,9 @@ std::vector<double> weight_in(const radiosity::PatchSet& elements, const radiosi
 
 Result<HeldOutLight> held_out_light(const Stage& s, const radiosity::GatherHits& seen, Audit& audit) {
   const LightElements& elements = s.elements;
-  const auto light = radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays,
-                                                  s.problem.apertures.list, held_out_partition(), s.progress);
+  const auto light =
+      radiosity::first_bounce_rows(elements.patches, elements.mesh, elements.rays, s.problem.apertures.list,
+                                   held_out_partition(), s.progress, nullptr, {s.options.directions});
   if (!light)
     return light.error();
   std::vector<std::vector<double>> in_room;

@@ -21,14 +21,12 @@ namespace {
 constexpr std::size_t kMostSheets = 2000; // with more, rays are cheaper than looking at every plane
 constexpr double kTolerance = 1e-7;       // of the room's size
 
-constexpr double kWide_sr = 0.6;      // projected solid angle of a wide view: 400 of kWideDirections
-constexpr int kScoutingRays = 2;      // per direction: is a patch partly in the shade?
-constexpr int kPartialRays = 16;      // per direction, at most, for one that is
-constexpr int kRegionRays = 32;       // per region, where one has many directions
-constexpr int kFewestDirections = 48; // an opening that a patch sees under fewer is sampled in its solid angle
-constexpr double kShade = 1e-9;       // relative: rounding of sums
-constexpr int kSamples = 1024;        // of an opening in its solid angle, where it is seen under the fewest directions;
-constexpr int kFewestSamples = 64;    // in proportion under fewer
+constexpr double kWide_sr = 0.6;   // projected solid angle of a wide view: 400 of 8,192 directions
+constexpr int kScoutingRays = 2;   // per direction: is a patch partly in the shade?
+constexpr int kPartialRays = 16;   // per direction, at most, for one that is
+constexpr int kRegionRays = 32;    // per region, where one has many directions
+constexpr double kShade = 1e-9;    // relative: rounding of sums
+constexpr int kFewestSamples = 64; // of an opening in its solid angle
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Light through one part of an opening before it is scaled to the exact form factor; sr.
@@ -38,11 +36,16 @@ struct Accumulator {
   int directions = 0;
 };
 
+/// An opening that a patch sees under fewer directions is sampled in its solid angle, 48 of 16,384.
+int fewest_directions(const DirectLight& task) { return 3 * task.directions / 1024; }
+/// Samples of an opening that is seen under the fewest directions, 1,024 of 16,384; in proportion under fewer.
+int most_samples(const DirectLight& task) { return task.directions / 16; }
+
 /// Transmittance of all panes for the light that comes to `from` along d; nothing where another opening is met first
 /// (double glazing counts at the first), which then has the light.
-std::optional<glm::dvec3> pane_transmittance_along(const DirectLight& task, const Aperture& aperture,
+std::optional<glm::dvec3> pane_transmittance_along(const DirectLight& task, const Aperture& aperture, Way way,
                                                    const glm::dvec3& from, const glm::dvec3& d) {
-  if (task.apertures.size() == 1)
+  if (way != Way::any)
     return glm::dvec3(pane_transmittance(aperture, glm::dot(d, aperture.inward)));
   const glm::dvec3 world = from + task.mesh.origin;
   const double distance = glm::dot(aperture.corners[0] - world, aperture.inward) / glm::dot(d, aperture.inward);
@@ -55,8 +58,8 @@ std::optional<glm::dvec3> pane_transmittance_along(const DirectLight& task, cons
 /// Up to 16 rays from a patch, tested together.
 class RayBatch {
 public:
-  RayBatch(DirectLight& task, const Aperture& aperture, Accumulator& acc)
-      : task_(task), aperture_(aperture), acc_(acc) {}
+  RayBatch(DirectLight& task, const Aperture& aperture, Way way, Accumulator& acc)
+      : task_(task), aperture_(aperture), way_(way), acc_(acc) {}
   void add(const glm::dvec3& from, const glm::dvec3& d, int region, double weight) {
     rays_.set(static_cast<std::size_t>(size_), task_.scene.to_local(from), glm::vec3(d),
               2.0f * task_.scene.surface_offset(), std::numeric_limits<float>::infinity());
@@ -69,7 +72,7 @@ public:
     for (int k = 0; k < size_; ++k) {
       if (blocked >> k & 1u)
         continue;
-      if (const auto tau = pane_transmittance_along(task_, aperture_, ray_[k].from, ray_[k].d)) {
+      if (const auto tau = pane_transmittance_along(task_, aperture_, way_, ray_[k].from, ray_[k].d)) {
         acc_.visible += ray_[k].weight;
         acc_.seen.emplace_back(ray_[k].region, ray_[k].weight * *tau);
       }
@@ -86,6 +89,7 @@ private:
   };
   DirectLight& task_;
   const Aperture& aperture_;
+  Way way_;
   Accumulator& acc_;
   RayPacket16 rays_;
   std::array<Ray, 16> ray_;
@@ -94,9 +98,9 @@ private:
 
 /// Directions uniform in the solid angle of the fan of triangles that makes up the aperture, from one point of the
 /// patch (Arvo 1995); each weighs solid angle times cosine, sr.
-void sample_aperture(DirectLight& task, const Patch& e, const Aperture& aperture, const SmallPolygon& polygon,
+void sample_aperture(DirectLight& task, const Patch& e, const Aperture& aperture, Way way, const SmallPolygon& polygon,
                      const glm::dvec3& from, int count, std::uint64_t seed, Accumulator& acc) {
-  RayBatch batch(task, aperture, acc);
+  RayBatch batch(task, aperture, way, acc);
   std::array<glm::dvec3, 12> corner;
   std::array<double, 12> solid_angle{};
   double total_sr = 0;
@@ -126,11 +130,12 @@ void sample_aperture(DirectLight& task, const Patch& e, const Aperture& aperture
 /// One direction after another, the lit part of the patch by an exact clip: sum of dw (n . w) lit area / area, sr.
 /// Unless the way is clear, `rays` rays from the lit part decide.
 Accumulator sweep_beam(DirectLight& task, const Patch& e, const ApertureBeam& beam, const SkySweep& sweep,
-                       std::size_t index, bool clear, int rays, std::uint64_t seed) {
+                       std::size_t index, Way way, int rays, std::uint64_t seed) {
   const Aperture& aperture = task.apertures[task.parts[index].aperture];
   const glm::dvec2 shift = random_shift(seed);
+  const bool clear = way == Way::clear;
   Accumulator acc;
-  RayBatch batch(task, aperture, acc);
+  RayBatch batch(task, aperture, way, acc);
   std::uint32_t sample = 0;
   const EnteringDirections& entering = sweep.entering[index];
   const std::vector<float> cosine = entering.cosines(beam.axis());
@@ -159,17 +164,18 @@ Accumulator sweep_beam(DirectLight& task, const Patch& e, const ApertureBeam& be
 
 /// A small opening, or a large patch's small view of one: directions uniform in its solid angle, in proportion to it,
 /// so that every opening adds about the same error.
-Accumulator sample_small(DirectLight& task, const Patch& e, const ApertureBeam& beam, std::size_t index, int directions,
-                         std::uint64_t seed) {
+Accumulator sample_small(DirectLight& task, const Patch& e, const ApertureBeam& beam, std::size_t index, Way way,
+                         int directions, std::uint64_t seed) {
   SmallPolygon polygon;
   for (const glm::dvec3& c : beam.front())
     polygon.corner[polygon.size++] = c;
   constexpr int kDirectionsPerPoint = 16;
   const glm::dvec2 shift = random_shift(seed ^ 0xA5A5A5A5ull);
-  const int samples = std::clamp(kSamples * directions / kFewestDirections, kFewestSamples, kSamples);
+  const int most = most_samples(task),
+            samples = std::clamp(most * directions / fewest_directions(task), std::min(kFewestSamples, most), most);
   Accumulator acc;
   for (int p = 0; p < samples / kDirectionsPerPoint; ++p)
-    sample_aperture(task, e, task.apertures[task.parts[index].aperture], polygon,
+    sample_aperture(task, e, task.apertures[task.parts[index].aperture], way, polygon,
                     on_triangle(e.corner, r2_point(static_cast<std::uint32_t>(p), shift)), kDirectionsPerPoint,
                     mix_bits(seed) + static_cast<std::uint64_t>(p), acc);
   task.sampled.fetch_add(1, std::memory_order_relaxed);
@@ -201,12 +207,11 @@ OpenPaths::OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apert
   tolerance_m_ = kTolerance * glm::length(size);
   for (const AperturePart& part : parts) {
     const auto outside = [&](const glm::dvec3& p) { return glm::dot(p - part.corner[0], part.inward) < -tolerance_m_; };
-    const bool facet =
-        std::ranges::any_of(mesh.facets, [&](const Facet& p) { return std::ranges::any_of(p.corner, outside); });
-    const bool pane = std::ranges::any_of(apertures, [&](const Aperture& a) {
+    facet_outside_.push_back(
+        std::ranges::any_of(mesh.facets, [&](const Facet& p) { return std::ranges::any_of(p.corner, outside); }));
+    opening_outside_.push_back(std::ranges::any_of(apertures, [&](const Aperture& a) {
       return std::ranges::any_of(a.corners, [&](const glm::dvec3& c) { return outside(c - mesh.origin); });
-    });
-    open_outside_.push_back(!facet && !pane);
+    }));
   }
 }
 
@@ -250,18 +255,23 @@ bool OpenPaths::parted(const Sheet& sheet, const Patch& e, const std::vector<glm
 }
 
 /// No sheet but the opening itself cuts the hull of patch and opening: a separating plane or axis for each.
-bool OpenPaths::clear(const Patch& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
-  if (!open_outside_[index] || sheets_.size() > kMostSheets)
-    return false;
+Way OpenPaths::way(const Patch& e, std::size_t index, const std::vector<glm::dvec3>& front) const {
+  if (opening_outside_[index] || sheets_.size() > kMostSheets)
+    return sheets_.size() - first_opening_ == 1 ? Way::one_opening : Way::any;
   Box hull{e.corner[0], e.corner[0]};
   for (const glm::dvec3& c : e.corner)
     hull.include(c);
   for (const glm::dvec3& c : front)
     hull.include(c);
-  for (std::size_t s = 0; s < sheets_.size(); ++s)
-    if (s != first_opening_ + parts_[index].aperture && !parted(sheets_[s], e, front, hull))
-      return false;
-  return true;
+  const auto free = [&](std::size_t first, std::size_t last) {
+    for (std::size_t s = first; s < last; ++s)
+      if (s != first_opening_ + parts_[index].aperture && !parted(sheets_[s], e, front, hull))
+        return false;
+    return true;
+  };
+  if (!free(first_opening_, sheets_.size()))
+    return Way::any;
+  return !facet_outside_[index] && free(0, first_opening_) ? Way::clear : Way::one_opening;
 }
 
 void receive_through(DirectLight& task, std::size_t patch, std::size_t index, Received& out) {
@@ -276,14 +286,14 @@ void receive_through(DirectLight& task, std::size_t patch, std::size_t index, Re
       exchange_area_unoccluded(e.corner, e.normal, part.corner, part.inward) / e.area_m2 * std::numbers::pi;
   const std::uint64_t seed = mix_bits(patch * 4099 + index);
   const SkySweep& sweep = exact > kWide_sr ? task.wide : task.fine;
-  const bool clear = task.paths.clear(e, index, beam.front());
-  task.clear.fetch_add(clear ? 1 : 0, std::memory_order_relaxed);
-  Accumulator acc = sweep_beam(task, e, beam, sweep, index, clear, kScoutingRays, seed);
-  if (acc.directions < kFewestDirections)
-    acc = sample_small(task, e, beam, index, acc.directions, seed);
+  const Way way = task.paths.way(e, index, beam.front());
+  task.clear.fetch_add(way == Way::clear ? 1 : 0, std::memory_order_relaxed);
+  Accumulator acc = sweep_beam(task, e, beam, sweep, index, way, kScoutingRays, seed);
+  if (acc.directions < fewest_directions(task))
+    acc = sample_small(task, e, beam, index, way, acc.directions, seed);
   else if (const int rays = partial_rays(task, sweep, e);
            rays > kScoutingRays && acc.visible > kShade * acc.total && acc.visible < (1.0 - kShade) * acc.total)
-    acc = sweep_beam(task, e, beam, sweep, index, clear, rays, seed);
+    acc = sweep_beam(task, e, beam, sweep, index, way, rays, seed);
   if (acc.total <= 0.0)
     return;
   for (const auto& [region, weight] : acc.seen)

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/sky_sweep.h"
+#include "radiosity/first_bounce.h"
 #include "radiosity/patches.h"
 #include "radiosity/surface_mesh.h"
 #include "scene/room/aperture.h"
@@ -15,13 +16,20 @@
 
 namespace daylit::radiosity {
 
-/// Decides without rays that nothing can stand between a patch and an opening, nor outside the opening.
+/// What light can meet between the sky and a patch, on its way through an opening.
+enum class Way {
+  clear,       ///< nothing but the opening
+  one_opening, ///< facets, but no other opening
+  any,
+};
+
+/// Decides without rays what can stand between a patch and an opening, and outside the opening.
 class OpenPaths {
 public:
   OpenPaths(const SurfaceMesh& mesh, const std::vector<Aperture>& apertures, const std::vector<AperturePart>& parts);
-  /// True only when no facet and no other opening meets the hull of the two, except by touching it, and nothing lies
-  /// beyond the opening. `front`: the corners of the part that count.
-  bool clear(const Patch& patch, std::size_t part, const std::vector<glm::dvec3>& front) const;
+  /// `clear` and `one_opening` are proofs: no facet, or no other opening, meets the hull of the two, except by touching
+  /// it, or lies beyond the opening. `front`: the corners of the part that count.
+  Way way(const Patch& patch, std::size_t part, const std::vector<glm::dvec3>& front) const;
 
 private:
   struct Box {
@@ -37,16 +45,13 @@ private:
 
   std::vector<Sheet> sheets_; ///< planes of the mesh, then the openings
   std::size_t first_opening_ = 0;
-  std::vector<bool> open_outside_; ///< per part
+  std::vector<bool> facet_outside_, opening_outside_; ///< per part
   const std::vector<AperturePart>& parts_;
   double tolerance_m_ = 0;
 };
 
 /// What is the same for all patches.
 struct DirectLight {
-  // Directions stand for the whole sphere, at least so many; fewer do for a patch that has a wide view of an opening.
-  static constexpr int kDirections = 16384, kWideDirections = 8192;
-
   const PatchSet& set;
   const SurfaceMesh& mesh;
   const RayScene& scene;
@@ -54,17 +59,18 @@ struct DirectLight {
   ApertureCrossings crossings;
   const SkyPartition& partition;
   std::vector<AperturePart> parts;
-  SkySweep fine, wide; ///< for narrow and for wide views of an opening
+  int directions;      ///< FirstBounceOptions
+  SkySweep fine, wide; ///< for narrow and for wide views of an opening: half as many do
   OpenPaths paths;
   // Counted: rays, pairs of patch and opening without and with samples, patches that see the open sky.
   std::atomic<std::uint64_t> rays{0}, clear{0}, sampled{0};
   std::atomic<int> open_sky{0};
 
   DirectLight(const PatchSet& patches, const SurfaceMesh& facets, const RayScene& rays_of_facets,
-              const std::vector<Aperture>& openings, const SkyPartition& regions)
+              const std::vector<Aperture>& openings, const SkyPartition& regions, const FirstBounceOptions& options)
       : set(patches), mesh(facets), scene(rays_of_facets), apertures(openings), crossings(openings), partition(regions),
-        parts(aperture_parts(openings, facets.origin)), fine(regions, parts, kDirections),
-        wide(regions, parts, kWideDirections), paths(facets, openings, parts) {}
+        parts(aperture_parts(openings, facets.origin)), directions(options.directions),
+        fine(regions, parts, directions), wide(regions, parts, directions / 2), paths(facets, openings, parts) {}
 
   /// Nothing blocks the ray.
   bool escapes(const glm::dvec3& from, const glm::dvec3& direction) const {

@@ -56,7 +56,7 @@ SkyDirections SkyDirections::make(const SkyPartition& partition, int count) {
   int cells = 0;
   for (int r = 0; r < partition.size(); ++r)
     cells += partition.extent(r).bands * partition.extent(r).cells;
-  const int side = std::max(partition.interpolated() ? 1 : 2,
+  const int side = std::max(partition.interpolated() || cells > count ? 1 : 2,
                             static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / cells))));
   const std::vector<int> within = scattered(side);
   const auto at = [&](int i, int j) { return (i + (within[static_cast<std::size_t>(j)] + 0.5) / side) / side; };

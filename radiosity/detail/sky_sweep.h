@@ -20,7 +20,8 @@ struct SkyDirections {
   std::vector<std::int32_t> region;
   std::vector<double> solid_angle_sr; ///< of the part that a direction stands for
 
-  /// At least `count` directions, and at least 2 x 2 in a constant region. A node may be its own direction alone.
+  /// At least `count` directions. A node may be its own direction alone, and so may a cell where there are more than
+  /// `count`; else a constant region has at least 2 x 2.
   static SkyDirections make(const SkyPartition& partition, int count);
 };
 

@@ -11,10 +11,14 @@
 
 namespace daylit {
 
-/// The lines of a text, without their ends (LF or CR LF), and their numbers.
+/// The lines of a text, without their ends (LF or CR LF) and the mark that some editors write before UTF-8, and their
+/// numbers.
 class TextLines {
 public:
-  explicit TextLines(std::string_view text) : rest_(text) {}
+  explicit TextLines(std::string_view text) : rest_(text) {
+    if (rest_.starts_with("\xEF\xBB\xBF"))
+      rest_.remove_prefix(3);
+  }
 
   /// False at the end of the text.
   bool next(std::string_view& line) {

@@ -89,6 +89,23 @@ TEST(PointsByRoom, weigh_by_the_air_that_they_stand_for) {
   EXPECT_NEAR(close / all, close_air / air, 0.03);
 }
 
+TEST(PointsByRoom, a_room_counts_once_though_its_box_is_another_from_a_reveal_and_another_room_does_not_join_it) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 63 & ~4u);
+  b.wall_with_hole(0.0, 0, 4, 0, 3, 1, 3, 1, 2, wall);
+  b.box({1, -0.6, 1}, {3, 0, 2}, wall, 63 & ~(4u | 8u)); // the reveal: open to the sky
+  const auto one = points_by_room(b.room, b.room.bounds(), {{2, 2, 1.5}, {3, 1, 1}, {2, -0.2, 1.5}, {1.5, -0.1, 1.5}});
+  ASSERT_TRUE(one) << one.error().message();
+  ASSERT_EQ(one->size(), 1u);
+  EXPECT_LT((*one)[0].box.min.y, -0.19);
+  EXPECT_NEAR((*one)[0].box.max.y, 4.0, 0.02);
+  const Room two = two_rooms({0, 0, 0});
+  const auto both = points_by_room(two, two.bounds(), {{2, 2.5, 1.2}, {2, 5, 1}, {0.6, 3.9, 1}, {0.6, 4.1, 1}});
+  ASSERT_TRUE(both) << both.error().message();
+  EXPECT_EQ(both->size(), 2u);
+}
+
 /// Two patches of 1 m2: the first is lit from all of the lowest band of suns, the second from one region of it.
 struct TwoPatches {
   std::vector<radiosity::FirstBounceRow> rows{2};
@@ -185,6 +202,21 @@ TEST(RoomErrors, have_the_mesh_in_them_and_no_sun_that_hardly_reaches_the_room) 
   EXPECT_NEAR(errors.smooth.worst, 0.05, 1e-12);
   EXPECT_EQ(errors.sun.skies, 1u);
   EXPECT_NEAR(errors.sun.worst, 0.05, 1e-12);
+}
+
+TEST(Measured, is_warned_of_where_it_is_above_what_was_asked_for_and_under_suns_above_twice_that) {
+  Plan plan;
+  plan.max_error = 0.02;
+  const auto told = [&](double total, double sun) {
+    Measured m;
+    m.total = total;
+    m.sun = sun;
+    EXPECT_TRUE(to_text(plan, m).ends_with(missed_text(plan, m)));
+    return missed_text(plan, m);
+  };
+  EXPECT_EQ(told(0.02, 0.04), "");
+  EXPECT_NE(told(0.04, 0.03).find("--max-error 1 may reach"), std::string::npos);
+  EXPECT_EQ(told(0.01, 0.05).find("note       under a small sun"), 0u);
 }
 
 TEST(RoomErrors, of_a_bake_are_told_room_by_room_in_the_coordinates_of_the_model) {

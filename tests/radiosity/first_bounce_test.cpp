@@ -1,6 +1,7 @@
 #include "radiosity/first_bounce.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -158,6 +159,46 @@ TEST(FirstBounce, clear_glass_takes_its_share_from_every_region_by_its_angle) {
       EXPECT_NEAR(glazed.flux(k) / open.flux(k), clear_slab_transmittance(cosine, 1.52), 4e-3) << cosine;
     }
   }
+}
+
+TEST(FirstBounce, panes_in_a_row_count_once_with_the_transmittances_of_all) {
+  const Room room = room_with_window_hole(0.5f);
+  const glm::dvec3 size = room.bounds().max;
+  const Aperture outer{{{1.2, 0, 0.9}, {2.8, 0, 0.9}, {2.8, 0, 2.1}, {1.2, 0, 2.1}}, {0, 1, 0}, Rgb(0.5f)},
+      inner{{{0, 1, 0}, {size.x, 1, 0}, {size.x, 1, size.z}, {0, 1, size.z}}, {0, 1, 0}, Rgb(0.8f)};
+  const SkyPartition partition = *SkyPartition::uniform(64);
+  const Lit one = light_up(room, 300, partition, {outer}), both = light_up(room, 300, partition, {outer, inner});
+  ASSERT_EQ(one.set.patches.size(), both.set.patches.size());
+  std::array<double, 2> before{}, behind{}; // the inner pane, on facets that it does not cut
+  for (std::size_t i = 0; i < one.set.patches.size(); ++i)
+    for (std::size_t k = 0; k < one.light.columns(); ++k) {
+      const auto& c = one.set.patches[i].corner;
+      const double y0 = std::min({c[0].y, c[1].y, c[2].y}) + one.mesh.origin.y,
+                   y1 = std::max({c[0].y, c[1].y, c[2].y}) + one.mesh.origin.y;
+      for (const int b : {0, 1}) {
+        const double light = one.set.patches[i].area_m2 * double((b == 0 ? one : both).light.row(i, 0)[k]);
+        (y1 < 1.0 ? before : behind)[static_cast<std::size_t>(b)] += y1 < 1.0 || y0 > 1.0 ? light : 0.0;
+      }
+    }
+  EXPECT_NEAR(before[1] / before[0], 1.0, 5e-3);
+  EXPECT_NEAR(behind[1] / behind[0], 0.8, 5e-3);
+}
+
+TEST(FirstBounce, fewer_directions_bring_the_same_energy) {
+  const Room room = room_with_window_hole(0.5f);
+  const SkyPartition partition = *SkyPartition::uniform(64);
+  const Lit l = light_up(room, 300, partition);
+  const FirstBounce few =
+      *first_bounce(l.set, l.mesh, l.scene, l.apertures, partition, kSilent, nullptr, {.directions = 1024});
+  ASSERT_EQ(few.region, l.light.region);
+  double all = 0, off = 0;
+  for (std::size_t i = 0; i < l.set.patches.size(); ++i)
+    for (std::size_t k = 0; k < few.columns(); ++k) {
+      const double exact = double(l.light.row(i, 0)[k]);
+      all += exact;
+      off += double(few.row(i, 0)[k]) - exact;
+    }
+  EXPECT_NEAR(off / all, 0.0, 1e-3);
 }
 
 TEST(FirstBounce, an_opening_of_many_corners_is_the_same_in_pieces) {

@@ -92,6 +92,17 @@ TEST_F(ObjectMeshFile, material_and_file_normals_are_used) {
   EXPECT_NE(bright.error().message().find("red"), std::string::npos);
 }
 
+TEST_F(ObjectMeshFile, the_mark_that_editors_write_before_utf_8_is_no_part_of_the_first_line) {
+  const std::string mark = "\xEF\xBB\xBF";
+  write("m.mtl", mark + "newmtl red\nKd 0.6 0.1 0.1\n");
+  std::vector<std::string> notes;
+  const auto mesh = read_object_mesh(
+      write("t.obj", mark + "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl red\nf 1 2 3\n"), Rgb(0.7f), &notes);
+  ASSERT_TRUE(mesh) << mesh.error().message();
+  EXPECT_NEAR(mesh->reflectance[0].r, 0.6f, 1e-6f);
+  EXPECT_TRUE(notes.empty()) << notes[0];
+}
+
 TEST_F(ObjectMeshFile, a_missing_library_is_said_and_its_materials_are_diffuse) {
   std::vector<std::string> notes;
   const auto mesh = read_object_mesh(

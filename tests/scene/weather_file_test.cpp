@@ -33,6 +33,7 @@ TEST(WeatherFile, epw_rows_stand_for_the_hour_that_they_end) {
   EXPECT_EQ(file->rows[0].diffuse, 95);
   EXPECT_EQ(file->rows[0].dew_point_C, -4.4);
   EXPECT_EQ(file->rows[0].line, 4u);
+  EXPECT_TRUE(parse_epw("\xEF\xBB\xBF" + std::string(kEpwHead) + epw_line("1990,3,21,9,0", "675", "95"), "marked.epw"));
 }
 
 TEST(WeatherFile, wea_counts_longitude_and_meridian_to_the_west_and_gives_the_middle_of_the_hour) {
