@@ -137,7 +137,11 @@ Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const
       (t.sky.small_sun ? suns : smooth).push_back(sums.nrms());
       if (t.sky.small_sun)
         of_suns.push_back(sums);
-      row["skies"].push_back({{"sky", t.sky.name}, {"error", sums.nrms()}, {"noise", sums.noise()}});
+      row["skies"].push_back({{"sky", t.sky.name},
+                              {"small_sun", t.sky.small_sun},
+                              {"error", sums.nrms()},
+                              {"noise", sums.noise()},
+                              {"light", std::sqrt(sums.power2 / static_cast<double>(3 * count))}});
       row["unknown_points"] = sums.unknown;
       row["noise"] = std::max(row["noise"].get<double>(), sums.noise());
     }
@@ -153,8 +157,8 @@ Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const
 }
 
 /// What the bake says of the smallest room that a point is in (a room that is no box may hold others): the 95th
-/// percentile under small suns; 0 where it names none.
-double claimed_percentile95(const Json& claimed, const glm::dvec3& point) {
+/// percentile under `skies` ("smooth" or "sun"); 0 where it names none.
+double claimed_percentile95(const Json& claimed, const glm::dvec3& point, const char* skies) {
   double smallest = std::numeric_limits<double>::infinity(), percentile = 0.0;
   for (const Json& room : claimed.value("rooms", Json::array())) {
     const auto low = room["low_m"].get<std::array<double, 3>>(), high = room["high_m"].get<std::array<double, 3>>();
@@ -165,7 +169,7 @@ double claimed_percentile95(const Json& claimed, const glm::dvec3& point) {
     }
     if (size < smallest) {
       smallest = size;
-      percentile = room["sun"]["percentile_95"].get<double>();
+      percentile = room[skies]["percentile_95"].get<double>();
     }
   }
   return percentile;
@@ -248,8 +252,9 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
     return lights.error();
   row["places"] = errors(one, *places, *truth, *lights);
   for (std::size_t i = 0; i < row["places"].size(); ++i)
-    row["places"][i]["sun_claimed"] =
-        claimed_percentile95(row.value("claimed", Json::object()), (*places)[i].points.front());
+    for (const auto& [key, skies] : {std::pair{"smooth_claimed", "smooth"}, {"sun_claimed", "sun"}})
+      row["places"][i][key] =
+          claimed_percentile95(row.value("claimed", Json::object()), (*places)[i].points.front(), skies);
   row["met"] = is_met(one, row);
   return row;
 }
