@@ -16,7 +16,7 @@ namespace {
 constexpr int kFacets = 640, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
-constexpr int kDirections = 4096; // of 64 regions: 64 for each
+constexpr int kDirections = 4096;         // of 64 regions: 64 for each
 constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;

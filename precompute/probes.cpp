@@ -280,8 +280,8 @@ std::vector<glm::dvec3> way_of_light(glm::dvec3 p, std::uint32_t index, float cl
                                      const std::vector<Aperture>& apertures) {
   std::vector<glm::dvec3> way;
   for (std::uint64_t bounce = 0; bounce < kWalkBounces; ++bounce) {
-    const glm::dvec3 d = radiosity::sphere_direction(
-        r2_point(index, radiosity::random_shift(radiosity::mix_bits(index) + bounce)));
+    const glm::dvec3 d =
+        radiosity::sphere_direction(r2_point(index, radiosity::random_shift(radiosity::mix_bits(index) + bounce)));
     RayHit hit;
     if (!scene.closest(scene.to_local(p), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit))
       break;

@@ -263,8 +263,7 @@ std::string to_json(const PictureError& e) {
   return fmt::format("{{\"object\":{},\"seen\":{},\"shadow\":{},\"shadow_seen\":{},\"contact\":{},\"whole\":{},"
                      "\"object_fraction\":{:.6g},\"mask_iou\":{}{}}}",
                      json(e.object), json(e.seen), json(e.shadow), json(e.shadow_seen), json(e.contact), json(e.whole),
-                     e.object_fraction,
-                     e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null",
+                     e.object_fraction, e.mask_iou ? fmt::format("{:.6g}", *e.mask_iou) : "null",
                      e.shaded ? ",\"shaded\":" + json(*e.shaded) : "");
 }
 

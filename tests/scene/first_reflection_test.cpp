@@ -113,8 +113,8 @@ TEST(FirstReflection, an_exchange_gives_the_correction_of_elements_that_are_lit_
   const std::array<std::uint32_t, 3> probe{1, 2, 3};
   const std::array<float, 3> weight{0.5f, 0.2f, 0.3f};
   const std::vector<Rgb> stored{Rgb(2.0f, 1.0f, 0.5f), Rgb(5.0f, 6.0f, 7.0f)}, actual{Rgb(3.0f), Rgb(1.0f, 2.0f, 4.0f)};
-  const ShRadiance wanted =
-      surfaces->correction(kAbove, probe, weight, stored, [&](std::size_t e, const FirstReflection::Triangle&) { return actual[e]; });
+  const ShRadiance wanted = surfaces->correction(
+      kAbove, probe, weight, stored, [&](std::size_t e, const FirstReflection::Triangle&) { return actual[e]; });
   const auto exchange = surfaces->exchange(kAbove, probe, weight, stored);
   const ShRadiance got = FirstReflection::correction(exchange, stored, actual);
   EXPECT_GT(std::abs(wanted.nine[0].g), 0.1f);

@@ -164,8 +164,9 @@ TEST_F(GltfMaterial, numbers_that_mean_nothing_are_errors) {
   expect_error(R"({"pbrMetallicRoughness":{"metallicFactor":2}})", "metallic is 2");
   expect_error(R"({"pbrMetallicRoughness":{"baseColorFactor":[-1,0,0,1]}})", "base colour (red)");
   expect_error(R"({"emissiveFactor":[0,-1,0]})", "emission (green)");
-  expect_error(R"({"emissiveFactor":[1,0,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1e20}}})",
-               "emission (red)"); // its square is no float
+  expect_error(
+      R"({"emissiveFactor":[1,0,0],"extensions":{"KHR_materials_emissive_strength":{"emissiveStrength":1e20}}})",
+      "emission (red)"); // its square is no float
   expect_error(R"({"occlusionTexture":{"index":0,"strength":3}})", "occlusion");
   expect_error(with_extension("KHR_materials_ior", R"({"ior":0.5})"), "index of refraction");
   expect_error(with_extension("KHR_materials_ior", R"({"ior":"glass"})"), "ior is no number");
