@@ -57,7 +57,7 @@ Result<std::vector<FirstBounceRow>> first_bounce_rows(const PatchSet& set, const
                                                       FirstBounceReport* report = nullptr,
                                                       const FirstBounceOptions& options = {});
 
-/// Thousands of directions, four or more for each region, one for a node. Per patch, aperture and direction: the part
+/// Thousands of directions, some for each region, one for a node. Per patch, aperture and direction: the part
 /// of the patch that parallel light through the aperture meets, by an exact polygon clip, so that a region's energy
 /// is that of the beam (no noise from points); rays from that part only where something may stand in the way. The sum
 /// is scaled to the exact form factor. Apertures that a patch sees under few directions are sampled uniformly in
