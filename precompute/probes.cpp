@@ -19,7 +19,7 @@ namespace {
 
 // The outer probes: close enough to the walls that little is extrapolated, far enough to stand in the air.
 constexpr double kWallMargin = 0.04; // metres, at most a tenth of the spacing
-constexpr double kSamePlane = 1e-6;  // of the room's size: planes that differ by rounding
+constexpr double kSamePlane = 0.5;   // of the outermost probes' distance from a wall: a plane so near them is theirs
 constexpr double kMoved = 0.3;       // of a step: so far may a plane be moved
 constexpr double kCommon = 0.5;      // of the room's section: a plane that is wanted there is wanted everywhere
 constexpr double kBehind = 1e-3;     // of the way to a probe
@@ -160,7 +160,7 @@ Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m
     std::erase_if(near, [&](const ProbePlane& p) { return p.at <= room.min[axis] || p.at >= room.max[axis]; });
     const double first = std::min(room.min[axis] + margin, near.empty() ? room.max[axis] : near.front().at),
                  last = std::max(room.max[axis] - margin, near.empty() ? room.min[axis] : near.back().at);
-    const auto is_end = [&](const ProbePlane& p) { return std::min(p.at - first, last - p.at) < kSamePlane * size; };
+    const auto is_end = [&](const ProbePlane& p) { return std::min(p.at - first, last - p.at) < kSamePlane * margin; };
     std::erase_if(near, is_end);
     std::vector<double> common;
     for (const ProbePlane& p : near)

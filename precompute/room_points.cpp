@@ -24,6 +24,10 @@ constexpr std::size_t kCounted = 1024; ///< of the candidates, that tell how muc
 constexpr std::size_t kLookers = 32;   ///< of the points in a room's air, from which others are looked for
 constexpr double kSame = 0.8;          ///< of the smaller of two boxes lies in both: they may be of one room,
 constexpr double kSimilar = 0.67;      ///< if it is so much of the larger, too
+constexpr double kSection = 0.8;       ///< of the larger size along two axes: pieces of a passage, whose ends are too
+                                       ///< small to be seen from one another, may be of one room,
+                                       ///< if they lap as far as it is wide and high, and neither holds the other
+constexpr double kFilled = 0.85;       ///< of a box, by other boxes
 constexpr double kOneAir = 0.6;        ///< of the points of one that see the nearest one of the other: they are
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
@@ -55,11 +59,25 @@ std::optional<Bounds> box_around(const Room& room, glm::dvec3 p, const std::vect
 
 using Sees = std::function<bool(const glm::dvec3&, const glm::dvec3&)>;
 
-/// A room has another box from a place that sees into a niche; behind a wall lie other rooms, whatever the boxes.
+/// Nearly the same box, as from a place that sees into a niche; or one behind the other along a passage.
+bool agree(const Bounds& a, const Bounds& b) {
+  const glm::dvec3 common = glm::max(glm::min(a.max, b.max) - glm::max(a.min, b.min), 0.0);
+  const double both = common.x * common.y * common.z;
+  if (both >= kSame * std::min(volume(a), volume(b)) && both >= kSimilar * std::max(volume(a), volume(b)))
+    return true;
+  const glm::dvec3 larger = glm::max(a.size(), b.size()), smaller = glm::min(a.size(), b.size());
+  for (int along = 0; along < 3; ++along) {
+    const int u = (along + 1) % 3, v = (along + 2) % 3;
+    if (common[u] >= kSection * larger[u] && common[v] >= kSection * larger[v] &&
+        common[along] >= std::max(larger[u], larger[v]) && common[along] < kSame * smaller[along])
+      return true;
+  }
+  return false;
+}
+
+/// Behind a wall lie other rooms, whatever the boxes.
 bool are_one(const Found& a, const Found& b, const Sees& sees) {
-  const glm::dvec3 common = glm::max(glm::min(a.box.max, b.box.max) - glm::max(a.box.min, b.box.min), 0.0);
-  const double both = common.x * common.y * common.z, of_a = volume(a.box), of_b = volume(b.box);
-  if (both < kSame * std::min(of_a, of_b) || both < kSimilar * std::max(of_a, of_b))
+  if (!agree(a.box, b.box))
     return false;
   const auto seen = std::ranges::count_if(b.air, [&](const glm::dvec3& p) {
     return sees(p, *std::ranges::min_element(a.air, {}, [&](const glm::dvec3& q) { return glm::distance(p, q); }));
@@ -67,7 +85,7 @@ bool are_one(const Found& a, const Found& b, const Sees& sees) {
   return static_cast<double>(seen) >= kOneAir * static_cast<double>(b.air.size());
 }
 
-/// `rooms`: those with most points first.
+/// `rooms`: those with most points first. Again until none is joined: pieces of a passage meet at last.
 std::vector<Found> joined(std::vector<Found> rooms, const Sees& sees) {
   std::vector<Found> out;
   for (Found& room : rooms) {
@@ -80,7 +98,29 @@ std::vector<Found> joined(std::vector<Found> rooms, const Sees& sees) {
     same->box.include(room.box.min);
     same->box.include(room.box.max);
   }
-  return out;
+  return out.size() < rooms.size() ? joined(std::move(out), sees) : out;
+}
+
+/// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
+glm::dvec3 candidate(const Bounds& box, std::size_t k) {
+  const glm::dvec3 step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+  return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
+}
+
+/// A box from a doorway, where one sees two rooms, is no room of its own: the others fill it. Those with fewest points
+/// first.
+void drop_filled(std::vector<Found>& rooms) {
+  for (std::size_t r = rooms.size(); r-- > 0;) {
+    std::size_t filled = 0;
+    for (std::size_t k = 1; k <= kCounted; ++k)
+      for (std::size_t other = 0; other < rooms.size(); ++other)
+        if (other != r && contains(rooms[other].box, candidate(rooms[r].box, k))) {
+          ++filled;
+          break;
+        }
+    if (static_cast<double>(filled) >= kFilled * static_cast<double>(kCounted))
+      rooms.erase(rooms.begin() + std::ptrdiff_t(r));
+  }
 }
 
 std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& in_air, const Sees& sees) {
@@ -93,14 +133,14 @@ std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& i
     if (in != rooms.end())
       in->air.push_back(p);
   }
-  std::ranges::stable_sort(rooms, [](const Found& a, const Found& b) { return a.air.size() > b.air.size(); });
-  return joined(std::move(rooms), sees);
-}
-
-/// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
-glm::dvec3 candidate(const Bounds& box, std::size_t k) {
-  const glm::dvec3 step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
-  return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
+  const auto sort = [&] {
+    std::ranges::stable_sort(rooms, [](const Found& a, const Found& b) { return a.air.size() > b.air.size(); });
+  };
+  sort();
+  rooms = joined(std::move(rooms), sees);
+  sort();
+  drop_filled(rooms);
+  return rooms;
 }
 
 /// The stratum of a distance to the nearest surface; none where it is closer than all.

@@ -21,7 +21,8 @@ struct RoomPoints {
 /// points within `bounds` that one of `in_air` sees: forty each at 10 to 20, 20 to 50 cm and further off surfaces
 /// (closer, the mesh that the light is compared on shows its facets: docs/notes/bake.md). The weights make them stand
 /// for points spread evenly over the air of a room. A box may reach half a metre behind an open door, and a room that
-/// is no box may count as several; boxes that nearly agree are joined. Errors of the ray scene.
+/// is no box may count as several; boxes that nearly agree are joined, and pieces of a passage. Errors of the ray
+/// scene.
 Result<std::vector<RoomPoints>> points_by_room(const Room& room, const Bounds& bounds,
                                                const std::vector<glm::dvec3>& in_air);
 

@@ -106,6 +106,38 @@ TEST(PointsByRoom, a_room_counts_once_though_its_box_is_another_from_a_reveal_an
   EXPECT_EQ(both->size(), 2u);
 }
 
+TEST(PointsByRoom, a_passage_is_one_room_though_no_place_in_it_sees_both_ends) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {40, 2.5, 3}, wall, 63 & ~1u);
+  b.box({0, 2.5, 0}, {6, 6, 3}, wall, 63 & ~4u); // a room beside it
+  std::vector<glm::dvec3> in_air{{3, 4, 1.5}};
+  for (double x = 1; x < 40; x += 2)
+    in_air.emplace_back(x, 1.2, 1.5);
+  const auto rooms = points_by_room(b.room, b.room.bounds(), in_air);
+  ASSERT_TRUE(rooms) << rooms.error().message();
+  ASSERT_EQ(rooms->size(), 2u);
+  EXPECT_NEAR((*rooms)[0].box.min.x, 0.0, 1.0);
+  EXPECT_NEAR((*rooms)[0].box.max.x, 40.0, 1.0);
+  EXPECT_NEAR((*rooms)[0].box.max.y, 2.5, 0.02);
+}
+
+TEST(PointsByRoom, what_is_seen_from_a_doorway_is_no_room_of_its_own) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {8, 8, 3}, wall, 63 & ~(4u | 8u));
+  b.box({3.5, 8, 0}, {4.5, 8.3, 2}, wall, 63 & ~(4u | 8u)); // the doorway
+  b.box({0, 8.3, 0}, {8, 16.3, 3}, wall, 63 & ~4u);
+  b.wall_with_hole(0.0, 0, 8, 0, 3, 1, 3, 1, 2, wall);
+  b.wall_with_hole(8.0, 0, 8, 0, 3, 3.5, 4.5, 0, 2, wall);
+  b.wall_with_hole(8.3, 0, 8, 0, 3, 3.5, 4.5, 0, 2, wall);
+  const auto rooms = points_by_room(b.room, b.room.bounds(), {{4, 4, 1}, {4, 12, 1}, {4, 8.15, 1.2}, {2, 3, 1.5}});
+  ASSERT_TRUE(rooms) << rooms.error().message();
+  ASSERT_EQ(rooms->size(), 2u);
+  for (const RoomPoints& r : *rooms)
+    EXPECT_LT(r.box.size().y, 9.0);
+}
+
 /// Two patches of 1 m2: the first is lit from all of the lowest band of suns, the second from one region of it.
 struct TwoPatches {
   std::vector<radiosity::FirstBounceRow> rows{2};
