@@ -76,6 +76,7 @@ struct BakeReport {
   std::size_t probes = 0, probes_valid = 0;
   std::size_t probes_interpolated = 0; ///< in the air, without light of their own (far_probes.h)
   std::size_t probes_repeated = 0;     ///< given points at the position of another: gathered once
+  double seen_fraction = 1;            ///< of the area that the sky lights, by one place: constant regions only
   radiosity::ExchangeReport exchange;
   radiosity::FirstBounceReport first_bounce;
   radiosity::SolveReport solve;

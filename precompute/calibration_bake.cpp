@@ -101,6 +101,7 @@ void take_counts(const BakeReport& report, const BakeOptions& options, Calibrati
   calibration.air_fraction = static_cast<double>(report.probes_valid + report.probes_interpolated) /
                              static_cast<double>(std::max<std::size_t>(report.probes, 1));
   calibration.stored_fraction = static_cast<double>(report.regions_stored) / report.regions;
+  calibration.seen_fraction = report.seen_fraction;
   calibration.channels = report.solve.channels;
   calibration.gather_rays = options.gather_rays;
   calibration.visibility_rays = options.visibility_rays;

@@ -26,6 +26,7 @@ struct CalibrationBake {
   double spacing_m = 0;       ///< of the finer bake, geometric mean of the three axes
   double air_fraction = 1;    ///< of the grid's probes
   double stored_fraction = 1; ///< of the regions: those that windows see
+  double seen_fraction = 1;   ///< of the area that the sky lights, by one place: of several rooms little
   int channels = 3;
   std::size_t fixed_facets = 0; ///< of both meshes, that the faces make by themselves
 

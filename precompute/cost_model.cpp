@@ -114,16 +114,16 @@ double predicted_seconds(const CalibrationBake& calibration, const BakeWork& wor
   return s + (fine ? model.compress_s * compression(work, compact_error) : speed * model.product_s * product(work));
 }
 
-/// Regions: 27 values per probe and column. Nodes: per cluster rank x (aggregated sources + 27 probes), and what every
-/// source sees of the sky.
+/// Regions: 27 values per probe and column. Nodes: per cluster rank x (aggregated sources that it sees + 27 probes),
+/// and what every source sees of the sky.
 double predicted_bytes(const BakeWork& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
   if (!sky.nodes)
     return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
-  const double probes = work.probes / probe_clusters(work);
+  const double probes = work.probes / probe_clusters(work), seen = std::min(1.0, work.seen / model.seen_in_room);
   const double rank = model.rank * std::pow(0.03 / compact_error, model.rank_exponent) *
-                      std::pow(probes / kFullCluster, model.rank_of_probes);
+                      std::pow(probes / kFullCluster, model.rank_of_probes) * std::pow(seen, model.rank_of_seen);
   return model.stored_bytes * probe_clusters(work) * rank *
-             (model.aggregated_fraction * sources(work) + model.row_padding * 27 * probes) +
+             (model.aggregated_fraction * seen * sources(work) + model.row_padding * 27 * probes) +
          model.light_bytes * sources(work) * sky.regions;
 }
 

@@ -222,7 +222,8 @@ private:
                         columns,
                         static_cast<double>(calibration_.channels),
                         static_cast<double>(options.gather_rays),
-                        static_cast<double>(options.elements)};
+                        static_cast<double>(options.elements),
+                        calibration_.seen_fraction};
     p.seconds =
         predicted_seconds(calibration_, work, options.visibility_rays, kind.nodes ? options.compact_error : 0.0);
     p.bytes = predicted_bytes(work, kind, options.compact_error, plan.precision);

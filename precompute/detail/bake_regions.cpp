@@ -1,6 +1,7 @@
 #include <numeric>
 
 #include "precompute/detail/bake_stage.h"
+#include "precompute/detail/neighbours.h"
 
 namespace daylit::precompute::detail {
 
@@ -32,12 +33,33 @@ radiosity::FirstBounce whole_sky(const radiosity::FirstBounce& light) {
   return one;
 }
 
+/// Of the area that the sky lights, what a few neighbouring points meet, in the mean over the points.
+double seen_fraction(const Stage& s, const radiosity::FirstBounce& light) {
+  constexpr std::size_t kNeighbours = 32;
+  double lit = 0, seen = 0;
+  const auto area = [&](std::size_t patch) {
+    return light.opening[patch] > 0.0f ? s.problem.patches.patches[patch].area_m2 : 0.0;
+  };
+  for (std::size_t e = 0; e < light.patches; ++e)
+    lit += area(e);
+  const std::vector<glm::vec3> at(s.points.at.begin(), s.points.at.end());
+  for (const std::vector<std::uint32_t>& some : neighbours(at, {}, kNeighbours)) {
+    std::vector<std::uint64_t> rays(light.patches, 0);
+    for (const std::uint32_t point : some)
+      s.hits.count_rays(point, rays);
+    for (std::size_t e = 0; e < light.patches; ++e)
+      seen += rays[e] > 0 ? area(e) * static_cast<double>(some.size()) : 0.0;
+  }
+  return lit > 0 && !at.empty() ? seen / lit / static_cast<double>(at.size()) : 1.0;
+}
+
 } // namespace
 
 /// Forward: B = (I - rho F)^-1 rho H, then L_lm = w . B. Adjoint, where 9 points < columns: L_lm = h . H. The same
 /// bilinear form either way.
 Result<void> bake_regions(const Stage& s, const radiosity::FirstBounce& light, BasisVolume& volume,
                           BakeReport& report) {
+  report.seen_fraction = seen_fraction(s, light);
   report.adjoint = 9 * s.points.at.size() < light.columns();
   const radiosity::FirstBounce driving = report.adjoint ? whole_sky(light) : radiosity::FirstBounce{};
   const radiosity::FirstBounce& forward = report.adjoint ? driving : light;

@@ -63,6 +63,32 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
       }
 }
 
+/// Of each room's surfaces the others see nothing: `rooms` of 4 x 4 x 3 m side by side, with a hole to the sky each.
+double seen_in(int rooms) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  for (int r = 0; r < rooms; ++r) {
+    const double x = 4.2 * r;
+    b.box({x, 0, 0}, {x + 4, 4, 3}, wall, 63 & ~4u);
+    b.wall_with_hole(0.0, x, x + 4, 0, 3, x + 1, x + 3, 1, 2, wall);
+  }
+  const auto calibration =
+      run_calibration_bake({b.room, {}, ""}, {}, {}, "", 0.0, [](const std::string&, double) { return true; });
+  EXPECT_TRUE(calibration) << calibration.error().message();
+  return calibration ? calibration->seen_fraction : 0.0;
+}
+
+TEST(Plan, one_place_sees_a_room_and_a_part_of_several_which_make_a_smaller_file) {
+  const double one = seen_in(1), four = seen_in(4);
+  EXPECT_GT(one, 0.8);
+  EXPECT_NEAR(four / one, 0.25, 0.1);
+  CalibrationBake calibration = invented_room(0.02, 0.02, 0.1);
+  const auto bytes = [&] { return make_plan(calibration, {})->predicted.bytes; };
+  const double of_one = bytes();
+  calibration.seen_fraction = 0.25 * one;
+  EXPECT_LT(bytes(), 0.8 * of_one);
+}
+
 TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
   const CalibrationBake calibration = invented_room(0.03, 0.04, 0.1);
   PlanRequest request;
