@@ -34,11 +34,14 @@ double probe_clusters(const BakeWork& w) {
   return std::exp2(std::ceil(std::log2(std::max(w.probes / kFullCluster, 1.0))));
 }
 
+/// Of the lit surfaces of a room, what one place sees: 1 where all is one room.
+double seen_of_room(const BakeWork& w) { return std::min(1.0, w.seen / model.seen_in_room); }
+
 /// In sources times clusters of `compress_probes` probes: sources clusters (probes / p)^a (3 % / error)^b.
 double compression(const BakeWork& w, double error) {
   return probe_clusters(w) * sources(w) *
          std::pow(w.probes / probe_clusters(w) / model.compress_probes, model.compress_probes_exponent) *
-         std::pow(0.03 / error, model.compress_exponent);
+         std::pow(0.03 / error, model.compress_exponent) * std::pow(seen_of_room(w), model.compress_of_seen);
 }
 
 } // namespace
@@ -119,7 +122,7 @@ double predicted_seconds(const CalibrationBake& calibration, const BakeWork& wor
 double predicted_bytes(const BakeWork& work, const SkyKind& sky, double compact_error, BasisPrecision precision) {
   if (!sky.nodes)
     return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
-  const double probes = work.probes / probe_clusters(work), seen = std::min(1.0, work.seen / model.seen_in_room);
+  const double probes = work.probes / probe_clusters(work), seen = seen_of_room(work);
   const double rank = model.rank * std::pow(0.03 / compact_error, model.rank_exponent) *
                       std::pow(probes / kFullCluster, model.rank_of_probes) * std::pow(seen, model.rank_of_seen);
   return model.stored_bytes * probe_clusters(work) * rank *

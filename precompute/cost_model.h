@@ -53,10 +53,11 @@ struct CostModel {
   double seen_in_room = 0.5;             ///< CalibrationBake::seen_fraction, at least, where all is one room
   double row_padding = 1.02;             ///< rows padded to whole 16 / coefficients of the probes
   double light_bytes = 0.06;             ///< per source and node: what a source sees of the sky
-  double compress_s = 2.1e-5;            ///< per source and cluster of `compress_probes`, an error of 3 % ...
+  double compress_s = 2.6e-5;            ///< per source and cluster of `compress_probes`, an error of 3 % ...
   double compress_probes = 128;          ///< probes of that cluster
   double compress_probes_exponent = 1.2; ///< ... ~ probes^this ...
   double compress_exponent = 0.6;        ///< ... ~ error^-this
+  double compress_of_seen = 0.35;        ///< ... ~ what one place sees of the lit area, of a room^this
 };
 
 inline constexpr CostModel kCostModel{};
