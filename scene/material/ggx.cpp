@@ -37,6 +37,15 @@ glm::vec3 Ggx::sample_visible(const glm::vec3& w, const glm::vec2& u) const {
   return glm::normalize(glm::vec3(alpha_u * h.x, alpha_v * h.y, std::max(h.z, 1e-12f)));
 }
 
+// The normal of the half ball, and the direction that it reflects the stretched w to.
+glm::vec2 Ggx::invert_visible(const glm::vec3& w, const glm::vec3& h) const {
+  const glm::vec3 ball = glm::normalize(glm::vec3(alpha_u * w.x, alpha_v * w.y, w.z));
+  const glm::vec3 normal = glm::normalize(glm::vec3(h.x / alpha_u, h.y / alpha_v, h.z));
+  const glm::vec3 reflected = 2.0f * glm::dot(ball, normal) * normal - ball;
+  const float turn = std::atan2(reflected.y, reflected.x) / (2.0f * kPi);
+  return {turn < 0.0f ? turn + 1.0f : turn, 1.0f - (reflected.z + ball.z) / (1.0f + ball.z)};
+}
+
 // G1 max(0, w.h) D / w.z.
 float Ggx::visible_density(const glm::vec3& w, const glm::vec3& h) const {
   return masking(w) * std::max(0.0f, glm::dot(w, h)) * distribution(h) / std::abs(w.z);

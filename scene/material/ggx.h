@@ -22,6 +22,8 @@ struct Ggx {
 
   /// Normal of a facet as seen from `w`, w.z > 0 (Dupuy & Benyoub 2023, listing 3); `u` of the unit square.
   glm::vec3 sample_visible(const glm::vec3& w, const glm::vec2& u) const;
+  /// The place of the unit square from which sample_visible() makes `h`, a facet's normal that `w` sees.
+  glm::vec2 invert_visible(const glm::vec3& w, const glm::vec3& h) const;
   /// Density of sample_visible(), per sr of `h` (Heitz 2018, eq. 3).
   float visible_density(const glm::vec3& w, const glm::vec3& h) const;
 };

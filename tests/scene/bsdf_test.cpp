@@ -49,6 +49,27 @@ TEST(fresnel, mean_agrees_with_what_comes_back_from_inside) {
   EXPECT_NEAR(1.5f * 1.5f * (1.0f - mean_fresnel(1.0f / 1.5f)), 1.0f - mean_fresnel(1.5f), 1e-3f);
 }
 
+/// Sample, inverse and density belong together: back to the place in the square, and the area in the square that a
+/// solid angle about the normal comes from is the density.
+TEST(ggx, inverse_of_a_sample_is_its_place_and_its_jacobian_the_density) {
+  for (const Ggx& facets : {Ggx{0.05f, 0.05f}, Ggx{0.4f, 0.4f}, Ggx{0.1f, 0.7f}, Ggx{1.0f, 1.0f}})
+    for (const glm::vec3& w :
+         {glm::vec3(0, 0, 1), glm::normalize(glm::vec3(0.8, -0.3, 0.5)), glm::normalize(glm::vec3(-2.0, 1.0, 0.3))})
+      for (float u = 0.13f; u < 1.0f; u += 0.2f)
+        for (float v = 0.07f; v < 0.95f; v += 0.2f) {
+          const glm::vec3 h = facets.sample_visible(w, {u, v});
+          const glm::vec2 back = facets.invert_visible(w, h);
+          EXPECT_NEAR(back.x, u, 2e-3f);
+          EXPECT_NEAR(back.y, v, 2e-3f);
+          constexpr float kStep = 2e-3f;
+          const glm::vec3 along_u = facets.sample_visible(w, {u + kStep, v}) - facets.sample_visible(w, {u - kStep, v}),
+                          along_v = facets.sample_visible(w, {u, v + kStep}) - facets.sample_visible(w, {u, v - kStep});
+          const float solid_angle = glm::length(glm::cross(along_u, along_v));
+          EXPECT_NEAR(solid_angle * facets.visible_density(w, h), 4.0f * kStep * kStep, 0.02f * 4.0f * kStep * kStep)
+              << facets.alpha_u << ' ' << facets.alpha_v << ' ' << u << ' ' << v;
+        }
+}
+
 TEST(bsdf, white_furnace_is_closed_within_half_a_percent) {
   for (const float r : kRoughnesses)
     for (const auto& [name, material] :
