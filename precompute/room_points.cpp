@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <span>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -27,7 +28,7 @@ constexpr double kSimilar = 0.67;      ///< if it is so much of the larger, too
 constexpr double kSection = 0.8;       ///< of the larger size along two axes: pieces of a passage, whose ends are too
                                        ///< small to be seen from one another, may be of one room,
                                        ///< if they lap as far as it is wide and high, and neither holds the other
-constexpr double kFilled = 0.85;       ///< of a box, by other boxes
+constexpr double kFilled = 0.85;       ///< of a box, by others of which none holds kSame of it
 constexpr double kOneAir = 0.6;        ///< of the points of one that see the nearest one of the other: they are
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
@@ -107,18 +108,23 @@ glm::dvec3 candidate(const Bounds& box, std::size_t k) {
   return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
 }
 
-/// A box from a doorway, where one sees two rooms, is no room of its own: the others fill it. Those with fewest points
-/// first.
-void drop_filled(std::vector<Found>& rooms) {
+/// Part of a box that lies in one of others.
+double filled(const Bounds& box, std::span<const Found> others) {
+  std::size_t inside = 0;
+  for (std::size_t k = 1; k <= kCounted; ++k)
+    inside += std::ranges::any_of(others, [&](const Found& o) { return contains(o.box, candidate(box, k)); }) ? 1 : 0;
+  return static_cast<double>(inside) / static_cast<double>(kCounted);
+}
+
+/// A box from a doorway, where one sees parts of two rooms, is no room of its own: these fill it. `rooms`: those with
+/// most points first; a room in the box of a hall from which it is seen stays.
+void drop_doorways(std::vector<Found>& rooms) {
   for (std::size_t r = rooms.size(); r-- > 0;) {
-    std::size_t filled = 0;
-    for (std::size_t k = 1; k <= kCounted; ++k)
-      for (std::size_t other = 0; other < rooms.size(); ++other)
-        if (other != r && contains(rooms[other].box, candidate(rooms[r].box, k))) {
-          ++filled;
-          break;
-        }
-    if (static_cast<double>(filled) >= kFilled * static_cast<double>(kCounted))
+    std::vector<Found> parts;
+    for (std::size_t o = 0; o < r; ++o)
+      if (filled(rooms[r].box, {&rooms[o], 1}) < kSame)
+        parts.push_back({rooms[o].box, {}});
+    if (filled(rooms[r].box, parts) >= kFilled)
       rooms.erase(rooms.begin() + std::ptrdiff_t(r));
   }
 }
@@ -139,7 +145,7 @@ std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& i
   sort();
   rooms = joined(std::move(rooms), sees);
   sort();
-  drop_filled(rooms);
+  drop_doorways(rooms);
   return rooms;
 }
 
