@@ -25,11 +25,10 @@ constexpr std::size_t kCounted = 1024; ///< of the candidates, that tell how muc
 constexpr std::size_t kLookers = 32;   ///< of the points in a room's air, from which others are looked for
 constexpr double kSame = 0.8;          ///< of the smaller of two boxes lies in both: they may be of one room,
 constexpr double kSimilar = 0.67;      ///< if it is so much of the larger, too
-constexpr double kSection = 0.8;       ///< of the larger size along two axes: pieces of a passage, whose ends are too
-                                       ///< small to be seen from one another, may be of one room,
-                                       ///< if they lap as far as it is wide and high, and neither holds the other
+constexpr double kSection = 0.7;       ///< of the larger size along two axes: pieces of a passage, whose ends are too
+                                       ///< small to be seen from one another, may be of one room
 constexpr double kFilled = 0.85;       ///< of a box, by others of which none holds kSame of it
-constexpr double kOneAir = 0.6;        ///< of the points of one that see the nearest one of the other: they are
+constexpr double kOneAir = 0.6;        ///< of the points of one that see a point of the other: they are one room
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
@@ -60,30 +59,39 @@ std::optional<Bounds> box_around(const Room& room, glm::dvec3 p, const std::vect
 
 using Sees = std::function<bool(const glm::dvec3&, const glm::dvec3&)>;
 
-/// Nearly the same box, as from a place that sees into a niche; or one behind the other along a passage.
-bool agree(const Bounds& a, const Bounds& b) {
-  const glm::dvec3 common = glm::max(glm::min(a.max, b.max) - glm::max(a.min, b.min), 0.0);
-  const double both = common.x * common.y * common.z;
-  if (both >= kSame * std::min(volume(a), volume(b)) && both >= kSimilar * std::max(volume(a), volume(b)))
-    return true;
-  const glm::dvec3 larger = glm::max(a.size(), b.size()), smaller = glm::min(a.size(), b.size());
+/// Whether most of the points of a room are.
+bool seen(const Found& room, const std::function<bool(const glm::dvec3&)>& is_seen) {
+  return static_cast<double>(std::ranges::count_if(room.air, is_seen)) >=
+         kOneAir * static_cast<double>(room.air.size());
+}
+
+glm::dvec3 nearest(const std::vector<glm::dvec3>& points, const glm::dvec3& p) {
+  return *std::ranges::min_element(points, {}, [&](const glm::dvec3& q) { return glm::distance(p, q); });
+}
+
+/// Nearly the same box, as from a place that sees into a niche; most points of one see the nearest one of the other.
+bool are_same(const Found& a, const Found& b, const glm::dvec3& common, const Sees& sees) {
+  const double both = common.x * common.y * common.z, of_a = volume(a.box), of_b = volume(b.box);
+  return both >= kSame * std::min(of_a, of_b) && both >= kSimilar * std::max(of_a, of_b) &&
+         seen(b, [&](const glm::dvec3& p) { return sees(p, nearest(a.air, p)); });
+}
+
+/// One behind the other along a passage: neither holds the other, and most points of one see the middle of the other.
+bool are_pieces(const Found& a, const Found& b, const glm::dvec3& common, const Sees& sees) {
+  const glm::dvec3 larger = glm::max(a.box.size(), b.box.size()), smaller = glm::min(a.box.size(), b.box.size());
   for (int along = 0; along < 3; ++along) {
     const int u = (along + 1) % 3, v = (along + 2) % 3;
     if (common[u] >= kSection * larger[u] && common[v] >= kSection * larger[v] &&
-        common[along] >= std::max(larger[u], larger[v]) && common[along] < kSame * smaller[along])
-      return true;
+        common[along] >= -std::max(larger[u], larger[v]) && common[along] < kSame * smaller[along])
+      return seen(b, [&](const glm::dvec3& p) { return sees(p, nearest(a.air, a.box.centre())); });
   }
   return false;
 }
 
 /// Behind a wall lie other rooms, whatever the boxes.
 bool are_one(const Found& a, const Found& b, const Sees& sees) {
-  if (!agree(a.box, b.box))
-    return false;
-  const auto seen = std::ranges::count_if(b.air, [&](const glm::dvec3& p) {
-    return sees(p, *std::ranges::min_element(a.air, {}, [&](const glm::dvec3& q) { return glm::distance(p, q); }));
-  });
-  return static_cast<double>(seen) >= kOneAir * static_cast<double>(b.air.size());
+  const glm::dvec3 common = glm::min(a.box.max, b.box.max) - glm::max(a.box.min, b.box.min);
+  return are_same(a, b, glm::max(common, 0.0), sees) || are_pieces(a, b, common, sees);
 }
 
 /// `rooms`: those with most points first. Again until none is joined: pieces of a passage meet at last.

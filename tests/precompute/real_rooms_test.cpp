@@ -2,10 +2,14 @@
 
 #include "bench/real_rooms.h"
 
+#include <algorithm>
 #include <map>
 
+#include <glm/vector_relational.hpp>
 #include <gtest/gtest.h>
 
+#include "precompute/held_out.h"
+#include "precompute/room_points.h"
 #include "precompute/room_survey.h"
 
 namespace daylit::bench {
@@ -48,6 +52,27 @@ TEST(RealRooms, points_stand_in_the_air_away_from_surfaces) {
     for (const glm::dvec3& p : *points)
       EXPECT_GE(rays->distance(rays->to_local(p), 1.0f), 0.0999f);
   }
+}
+
+/// From points all over the lit part of a building.
+std::size_t rooms_of(const RealRoom& room) {
+  const auto file = file_of(room);
+  Bounds inside;
+  for (const Place& place : room.places)
+    if (place.lit) {
+      inside.include(place.air.low);
+      inside.include(place.air.high);
+    }
+  std::vector<glm::dvec3> in_air = precompute::spread_points(file->room, file->room.bounds(), 8192, 0.2);
+  std::erase_if(in_air, [&](const glm::dvec3& p) {
+    return glm::any(glm::lessThan(p, inside.min)) || glm::any(glm::greaterThan(p, inside.max));
+  });
+  return precompute::points_by_room(file->room, file->room.bounds(), in_air)->size();
+}
+
+TEST(RealRooms, count_a_corridor_once_and_rooms_that_are_seen_from_one_by_themselves) {
+  EXPECT_EQ(rooms_of(school_wing()), 7u);
+  EXPECT_GE(rooms_of(home()), 5u) << "of seven: bedroom, bath and corridor may be one";
 }
 
 TEST(RealRooms, furniture_has_a_hundred_thousand_triangles) {

@@ -131,7 +131,8 @@ TEST(PointsByRoom, what_is_seen_from_a_doorway_is_no_room_of_its_own) {
   b.wall_with_hole(0.0, 0, 8, 0, 3, 1, 3, 1, 2, wall);
   b.wall_with_hole(8.0, 0, 8, 0, 3, 3.5, 4.5, 0, 2, wall);
   b.wall_with_hole(8.3, 0, 8, 0, 3, 3.5, 4.5, 0, 2, wall);
-  const auto rooms = points_by_room(b.room, b.room.bounds(), {{4, 4, 1}, {4, 12, 1}, {4, 8.15, 1.2}, {2, 3, 1.5}});
+  const auto rooms =
+      points_by_room(b.room, b.room.bounds(), {{6, 4, 1}, {6, 12, 1}, {4, 8.15, 1.2}, {2, 3, 1.5}, {1, 13, 1}});
   ASSERT_TRUE(rooms) << rooms.error().message();
   ASSERT_EQ(rooms->size(), 2u);
   for (const RoomPoints& r : *rooms)
