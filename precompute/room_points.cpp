@@ -76,13 +76,13 @@ bool are_same(const Found& a, const Found& b, const glm::dvec3& common, const Se
          seen(b, [&](const glm::dvec3& p) { return sees(p, nearest(a.air, p)); });
 }
 
-/// One behind the other along a passage: neither holds the other, and most points of one see the middle of the other.
+/// One behind the other along a passage, or b a part of it: most of its points see the middle of a.
 bool are_pieces(const Found& a, const Found& b, const glm::dvec3& common, const Sees& sees) {
-  const glm::dvec3 larger = glm::max(a.box.size(), b.box.size()), smaller = glm::min(a.box.size(), b.box.size());
+  const glm::dvec3 larger = glm::max(a.box.size(), b.box.size());
   for (int along = 0; along < 3; ++along) {
     const int u = (along + 1) % 3, v = (along + 2) % 3;
     if (common[u] >= kSection * larger[u] && common[v] >= kSection * larger[v] &&
-        common[along] >= -std::max(larger[u], larger[v]) && common[along] < kSame * smaller[along])
+        common[along] >= -std::max(larger[u], larger[v]) && common[along] < kSame * a.box.size()[along])
       return seen(b, [&](const glm::dvec3& p) { return sees(p, nearest(a.air, a.box.centre())); });
   }
   return false;
@@ -147,13 +147,13 @@ std::vector<Found> find_rooms(const Room& room, const std::vector<glm::dvec3>& i
     if (in != rooms.end())
       in->air.push_back(p);
   }
-  const auto sort = [&] {
+  const auto drop = [&] {
     std::ranges::stable_sort(rooms, [](const Found& a, const Found& b) { return a.air.size() > b.air.size(); });
+    drop_doorways(rooms);
   };
-  sort();
+  drop();
   rooms = joined(std::move(rooms), sees);
-  sort();
-  drop_doorways(rooms);
+  drop();
   return rooms;
 }
 
