@@ -37,7 +37,7 @@ double probe_clusters(const BakeWork& w) {
 /// Of the lit surfaces of a room, what one place sees: 1 where all is one room.
 double seen_of_room(const BakeWork& w) { return std::min(1.0, w.seen / model.seen_in_room); }
 
-/// In sources times clusters of `compress_probes` probes: sources clusters (probes / p)^a (3 % / error)^b.
+/// In sources times clusters of `compress_probes` probes: sources clusters (probes / p)^a (3 % / error)^b seen^c.
 double compression(const BakeWork& w, double error) {
   return probe_clusters(w) * sources(w) *
          std::pow(w.probes / probe_clusters(w) / model.compress_probes, model.compress_probes_exponent) *

@@ -117,10 +117,10 @@ glm::dvec3 candidate(const Bounds& box, std::size_t k) {
 }
 
 /// Part of a box that lies in one of others.
-double filled(const Bounds& box, std::span<const Found> others) {
+double filled(const Bounds& box, std::span<const Bounds> others) {
   std::size_t inside = 0;
   for (std::size_t k = 1; k <= kCounted; ++k)
-    inside += std::ranges::any_of(others, [&](const Found& o) { return contains(o.box, candidate(box, k)); }) ? 1 : 0;
+    inside += std::ranges::any_of(others, [&](const Bounds& o) { return contains(o, candidate(box, k)); }) ? 1 : 0;
   return static_cast<double>(inside) / static_cast<double>(kCounted);
 }
 
@@ -128,10 +128,10 @@ double filled(const Bounds& box, std::span<const Found> others) {
 /// most points first; a room in the box of a hall from which it is seen stays.
 void drop_doorways(std::vector<Found>& rooms) {
   for (std::size_t r = rooms.size(); r-- > 0;) {
-    std::vector<Found> parts;
+    std::vector<Bounds> parts;
     for (std::size_t o = 0; o < r; ++o)
-      if (filled(rooms[r].box, {&rooms[o], 1}) < kSame)
-        parts.push_back({rooms[o].box, {}});
+      if (filled(rooms[r].box, {&rooms[o].box, 1}) < kSame)
+        parts.push_back(rooms[o].box);
     if (filled(rooms[r].box, parts) >= kFilled)
       rooms.erase(rooms.begin() + std::ptrdiff_t(r));
   }

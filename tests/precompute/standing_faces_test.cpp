@@ -94,6 +94,21 @@ TEST(StandingFaces, planes_of_a_sill_are_wanted_up_to_the_ceiling_and_those_of_a
   EXPECT_NEAR(top(1.015), 1.25, 1e-9);
 }
 
+TEST(StandingFaces, no_two_planes_of_a_grid_stand_side_by_side_at_a_wall) {
+  RoomBuilder b;
+  const auto grey = b.material("grey");
+  b.box({0, 0, 0}, {4, 5, 3}, grey);
+  b.box({3.7, 1, 0.74}, {4, 2, 0.75}, grey, 32); // a shelf
+  const Planes near = planes_near(*standing_faces(b.room), b.room.bounds());
+  for (const double spacing : {0.12, 0.142, 0.149, 0.2, 0.5}) {
+    const Planes planes = grid_planes(b.room.bounds(), glm::ivec3(0), spacing, {}, near);
+    for (const auto& along : planes) {
+      EXPECT_GT(along[1].at - along[0].at, 0.005) << spacing;
+      EXPECT_GT(along.back().at - along[along.size() - 2].at, 0.005) << spacing;
+    }
+  }
+}
+
 TEST(StandingFaces, planes_lie_close_to_a_wall_above_a_sill_and_not_above_a_floor) {
   RoomBuilder b;
   const auto grey = b.material("grey");
