@@ -24,7 +24,8 @@ struct GlossyRays::Branch {
   /// From its origin: to before the surface that it went through, which may lie on the room.
   glm::dvec3 room_from{0.0};
   bool sky_is_known = false; ///< where it ends in the sky: by lights, as it left the surface
-  int total = 0;             ///< reflections before that lose nothing, which `depth` does not count
+  int uncounted = 0;         ///< reflections before that `depth` does not count
+  int lobes = 0;             ///< wide ones before, each with a place of its own
 };
 
 /// Trees of rays, each of one sample of a lobe at the camera, grown together.
@@ -38,6 +39,7 @@ struct GlossyRays::Work {
     int lights = 0;                    ///< as CameraPoint
     /// Places in the lobe of the next surface: where the camera sees a picture, no neighbour shares what that shows.
     std::span<const glm::vec2> next_places{};
+    int* met = nullptr; ///< counts the camera's rays that meet an object
   };
   static constexpr std::uint32_t kThisTree = ~0u;
   std::vector<Tree> trees;

@@ -12,20 +12,20 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "runtime/reflect/lobe_places.h"
 #include "scene/core/parallel.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kSamples = 4;
-constexpr float kApart = 0.125f; // between neighbours of sixty-four points in the unit square
 // Places in a pixel at an outline: a rotated square.
 constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
-constexpr float kEdge = 0.25f;  // a larger step between neighbours, of the brighter one, is smoothed
-constexpr int kFinerRounds = 2; // of pixels traced again
-constexpr float kSteep = 2.0f;  // a step between neighbours, of the mean of what is mirrored, from which on they are
+constexpr float kEdge = 0.25f;     // a larger step between neighbours, of the brighter one, is smoothed
+constexpr int kFinerRounds = 2;    // of pixels traced again
+constexpr float kSteep = 2.0f;     // a step between neighbours, of the mean of what is mirrored, from which on they are
+constexpr float kFewShare = 0.03f; // slope below which few neighbours share a lobe
 constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;
 // Five pixels whose sum holds each place of a pattern of four once.
 constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
@@ -33,34 +33,6 @@ constexpr std::array<float, 5> kSharedTaps{0.5f, 1.0f, 1.0f, 1.0f, 0.5f};
 constexpr std::array<float, 3> kEdgeTaps{0.33f, 1.0f, 0.33f};
 // A neighbour counts at most so many times as bright as the pixel: the mirrored sun does not grow by a pixel.
 constexpr float kBrighter = 10.0f;
-
-/// Of sixteen, each once in a square of four by four pixels.
-int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
-
-/// PCG as a hash (Jarzynski and Olano 2020).
-std::uint32_t hash(std::uint32_t v) {
-  v = v * 747796405u + 2891336453u;
-  v = ((v >> ((v >> 28u) + 4u)) ^ v) * 277803737u;
-  return (v >> 22u) ^ v;
-}
-
-/// -0.5 to 0.5 in both, unlike in all other pixels: noise in lines (interleaved gradients) shows as lines.
-glm::vec2 shift_of(int x, int y) {
-  const std::uint32_t u = hash(static_cast<std::uint32_t>(x) + hash(static_cast<std::uint32_t>(y))), v = hash(u);
-  return glm::vec2(u, v) * 0x1p-32f - 0.5f;
-}
-
-/// Number `sample` of four: sixty-four points of Hammersley 1960, dealt out so that the four of a pixel lie apart and a
-/// square of four by four pixels has all. In each pixel they are moved by as much as they lie apart (Cranley and
-/// Patterson 1976): else each of the sixty-four shows an image of its own, side by side with the next. The same in
-/// every frame: a still scene does not flicker.
-glm::vec2 lobe_place(int x, int y, int sample) {
-  const int n = kSamples * kSamples * sample + ((pattern_of(x, y) + sample) & 15);
-  int mirrored = 0;
-  for (int bit = 0; bit < 6; ++bit)
-    mirrored |= (n >> bit & 1) << (5 - bit);
-  return glm::fract((glm::vec2(n, mirrored) + 0.5f) / 64.0f + kApart * shift_of(x, y));
-}
 
 /// What a pixel shows of the objects whose material is looked up, per part of it that objects fill.
 struct GlossyPixel {
@@ -71,6 +43,7 @@ struct GlossyPixel {
   std::uint32_t part = kNoPart; ///< kNoPart: nothing is looked up
   bool opaque = true;           ///< nothing goes through
   bool fine = false;            ///< traced again at four places
+  int met = 0;                  ///< rays of its lobe that met an object
   float samples = 0.0f;         ///< rays of the camera that met an object, whose light is summed up here
 
   void average() {
@@ -107,6 +80,7 @@ public:
   GlossyCounts paint(const PhotoScale& scale) {
     pixels_.resize(static_cast<std::size_t>(box_.width()) * static_cast<std::size_t>(box_.height()));
     for_pixels([&](int x, int y, Queue& queue) { trace_pixel(x, y, queue); });
+    for_pixels([&](int x, int y, Queue& queue) { trace_more(x, y, queue); });
     for (int k = 0; k < kFinerRounds && mark_steep(); ++k)
       for_pixels([&](int x, int y, Queue& queue) { trace_finer(x, y, queue); });
     std::atomic<std::uint64_t> count = 0;
@@ -214,10 +188,19 @@ private:
     add_four(x, y, false, queue);
   }
 
-  void add(int x, int y, Queue& queue) {
+  /// Metal that sees itself, a cup or a knot: after two narrow lobes four rays are grain, eight less.
+  void trace_more(int x, int y, Queue& queue) {
+    const GlossyPixel& p = pixels_[in_box(x, y)];
+    if (p.met < kSamples / 2 || p.alpha < kWideAlpha || p.alpha >= kFewShare || composite_.coverage[index(x, y)] < 1.0f)
+      return;
+    add(x, y, queue, kSamples);
+  }
+
+  void add(int x, int y, Queue& queue, int turn = 0) {
     const std::size_t ray = next(x, y, glm::vec2(0.0f), queue);
+    queue.pattern[ray] = (queue.pattern[ray] + turn) & 15;
     for (int k = 0; k < kSamples; ++k)
-      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
+      queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k, turn);
   }
   void add_four(int x, int y, bool beside_room, Queue& queue) {
     for (int k = 0; k < kSamples; ++k) {
@@ -282,6 +265,7 @@ private:
       pixel[k]->normal = light[k].normal;
       pixel[k]->alpha = light[k].alpha;
       pixel[k]->opaque = light[k].opaque;
+      pixel[k]->met += light[k].met;
     }
   }
   WorldRay camera_ray(int x, int y, const glm::vec2& place) const {

@@ -14,6 +14,7 @@
 
 #include "runtime/reflect/glossy_branch.h"
 #include "runtime/reflect/glossy_surface.h"
+#include "runtime/reflect/lobe_places.h"
 #include "runtime/reflect/object_maps.h"
 #include "scene/core/orthonormal.h"
 
@@ -26,6 +27,7 @@ constexpr float kNoDisc_rad = 1e-6f; // width of a ray that does not see the sun
 constexpr float kPicture = 0.1f;     // of its light to the camera: what brings less is no picture of its own
 constexpr int kFirstSurfaces = 2;    // whose mirror images in glass are all followed
 constexpr int kMostTotal = 48;       // total reflections on one way, beside the surfaces that light leaves by
+constexpr float kLightsFrom = 0.05f; // slope from which a lobe that a ray meets is wider than the lights lie apart
 constexpr double kFar_m = std::numeric_limits<double>::infinity();
 
 /// Points that are looked up one after the other mostly are of one material.
@@ -39,7 +41,7 @@ const Bsdf& bsdf_of(const SurfaceMaterial& material) {
   return made;
 }
 
-/// Of a face that is seen from inside: all light is reflected, none goes out.
+/// All light that goes on is reflected one way.
 bool is_alone(std::span<const std::optional<BsdfSample>> lobes) {
   const auto count = std::ranges::count_if(lobes, [](const auto& lobe) { return lobe.has_value(); });
   return count == 1 && std::ranges::none_of(lobes, [](const auto& lobe) { return lobe && lobe->transmitted; });
@@ -118,8 +120,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   if (from.depth >= settings_.most_depth)
     return;
   const Work::Tree& tree = work.trees[from.tree];
-  const glm::vec2 u = glm::fract(place + static_cast<float>(from.depth) * glm::vec2(0.754877666f, 0.569840291f));
-  const auto lobes = s.bsdf.sample_lobes(s.out, u);
+  const auto lobes = s.bsdf.sample_lobes(s.out, place_after(place, from.lobes));
   const auto brings = [&](std::size_t k) { return lobes[k] ? largest(lobes[k]->weight) : 0.0f; };
   std::size_t brightest = 0;
   for (std::size_t k = 1; k < lobes.size(); ++k)
@@ -127,8 +128,9 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
   const float least = from.depth == 0                               ? settings_.least_first
                       : from.inside && from.depth >= kFirstSurfaces ? settings_.least_inside
                                                                     : settings_.least_importance;
-  const bool total = from.inside && s.is_sharp() && from.total < kMostTotal && is_alone(lobes) &&
-                     largest(from.weight) * brings(brightest) >= kPicture;
+  const bool alone = is_alone(lobes) && largest(from.weight) * brings(brightest) >= kPicture;
+  const bool counts = !alone || from.uncounted >= (from.inside ? kMostTotal : settings_.most_more) ||
+                      !(from.inside ? s.is_sharp() : from.depth + 1 == settings_.most_depth);
   Rgb not_followed(0.0f);
   for (std::size_t k = 0; k < lobes.size(); ++k) {
     const std::optional<BsdfSample>& lobe = lobes[k];
@@ -137,7 +139,7 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     const bool apart = k == 0 && from.depth == 0 && tree.of_coat != Work::kThisTree;
     const bool inside = lobe->direction.z < 0.0f && !s.material.thin;
     const Rgb weight = from.weight * lobe->weight;
-    const bool is_last = inside && !total && from.depth + 1 >= settings_.most_depth;
+    const bool is_last = inside && counts && from.depth + 1 >= settings_.most_depth;
     if (is_last || (k != brightest && largest(weight) < least)) {
       not_followed += inside ? weight * way_out(s.material, from.inside ? point.distance : 0.0) : weight;
       continue;
@@ -146,13 +148,14 @@ void GlossyRays::spread(const ObjectPoint& point, const Surface& s, const Branch
     const float sharp_width = from.depth == 0 && lobe->transmitted ? 0.0f : from.width_rad;
     work.next.push_back(
         {onward(point, s, lobe->direction), weight, inside ? s.material.absorption_per_m : Rgb(0.0f),
-         apart ? tree.of_coat : from.tree, from.depth + (total ? 0 : 1), from.channel, inside,
+         apart ? tree.of_coat : from.tree, from.depth + (counts ? 1 : 0), from.channel, inside,
          s.is_sharp() ? sharp_width : std::max(from.width_rad, apart ? s.material.clearcoat_alpha : s.alpha()),
          from.lobe_density * lobe->density, lobe->transmitted ? 0 : from.light_step, glm::dvec3(0.0)});
     if (lobe->transmitted)
       work.next.back().room_from = 2.0 * (point.position - work.next.back().ray.origin);
     work.next.back().sky_is_known = lobe->transmitted && finds_sky_behind(from.inside, s);
-    work.next.back().total = from.total + (total ? 1 : 0);
+    work.next.back().uncounted = from.uncounted + (counts ? 0 : 1);
+    work.next.back().lobes = from.lobes + (s.is_sharp() || (k == 0 && s.has_sharp_coat()) ? 0 : 1);
   }
   if (not_followed != Rgb(0.0f))
     work.add(from.tree, not_followed * arriving_at(s.is_sharp() ? indirect_ : sent_, point, s));
@@ -172,7 +175,7 @@ Rgb GlossyRays::one_light(const ObjectPoint& point, const Surface& s, Branch& on
   onward.lobe_density = 1.0f;
   onward.light_step = sky_.size();
   const auto count = static_cast<float>(sky_.size());
-  const auto light = static_cast<std::size_t>(glm::fract(u.x + 0.618034f * static_cast<float>(onward.depth)) * count);
+  const auto light = static_cast<std::size_t>(place_after(u, onward.lobes).x * count);
   return sky_highlight(point, s, 1.0f, std::min(light, sky_.size() - 1), sky_.size());
 }
 
@@ -196,6 +199,8 @@ Rgb GlossyRays::spread_several(const ObjectPoint& point, const Surface& s, Branc
 /// L(ray) = exp(-a d) L at its end, on an object.
 void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& work) const {
   Branch left = branch;
+  if (int* met = work.trees[branch.tree].met; met && branch.depth == 1 && !branch.inside)
+    ++*met;
   if (branch.absorption_per_m != Rgb(0.0f))
     left.weight *= glm::exp(-branch.absorption_per_m * static_cast<float>(point.distance));
   const Surface s = surface(branch.ray, point, 0.0, branch.channel);
@@ -212,7 +217,7 @@ void GlossyRays::arrive(const Branch& branch, const ObjectPoint& point, Work& wo
       sent += sky_behind(point, s, branch.width_rad, static_cast<std::size_t>(tree.lights));
     else if (several)
       sent += spread_several(point, s, left, work);
-    else if (!branch.inside && tree.takes_lights && shares_sky(s))
+    else if (!branch.inside && tree.takes_lights && s.alpha() >= kLightsFrom && !sky_.empty())
       sent += one_light(point, s, left, tree.u);
     if (!several)
       spread(point, s, left, tree.u, work);
@@ -229,6 +234,7 @@ bool GlossyRays::mirror_in_room(const Branch& branch, const RoomRay& met, Work& 
   ++work.rays;
   work.next.push_back({mirrored->ray, mirrored->share * branch.weight, Rgb(0.0f), branch.tree, branch.depth + 1,
                        branch.channel, false, branch.width_rad});
+  work.next.back().lobes = branch.lobes;
   return true;
 }
 
@@ -311,6 +317,8 @@ void GlossyRays::spread_from_camera(const CameraPoint& at, const Surface& s, flo
       work.trees[tree].lights = at.lights + static_cast<int>(&u - at.places.data());
       if (s.is_sharp())
         work.trees[tree].next_places = at.places;
+      else
+        work.trees[tree].met = &light.met;
       if (s.has_sharp_coat() && !s.is_sharp()) {
         work.trees[tree].of_coat = tree + 1;
         work.trees.push_back({&light.coat, work.trees[tree].share, u});

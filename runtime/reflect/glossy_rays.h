@@ -25,6 +25,8 @@ struct GlossySettings {
   /// Rays one after the other, after the camera's; the last one meets the room alone. Up to 48 total reflections on
   /// the way do not count: a wall of glass leads light far.
   int most_depth = 8;
+  /// More of them where metal sends all light on one way, and a tenth of the sample's: the inside of a cup.
+  int most_more = 4;
   /// Of its light to the camera: a branch that brings less, and is not the brightest of its surface, is not followed;
   /// it is as bright as the room's light on the surface.
   float least_importance = 0.02f;
@@ -56,6 +58,7 @@ struct GlossyLight {
   glm::vec3 normal{0.0f}; ///< of the shading, world
   float alpha = 0.0f;     ///< slope of the narrowest lobe; 0 where none is followed
   bool opaque = true;     ///< nothing goes through
+  int met = 0;            ///< rays of a wide lobe that met an object
 };
 
 /// From this slope on a lobe takes several rays, which neighbouring pixels share. Below, it shows sharp pictures.

@@ -148,6 +148,8 @@ Result<void> PictureStage::add_glossy(const PictureToChange& picture, const Pict
                       room_.mirror.gloss()};
   const ObjectsIndirectLight& light = in.light.indirect();
   GlossySettings settings{.most_depth = in.shown->reflections};
+  if (settings.most_depth < GlossySettings{}.most_depth) // who wants fewer wants no more
+    settings.most_more = 0;
   const auto rays_with = [&](const GlossySettings& s) {
     return GlossyRays(seen, light.sent, light.radiance, in.light.direct().lights.sky, s, light.arriving);
   };

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -321,6 +322,17 @@ TEST(GlossyRays, dispersion_draws_each_colour_with_its_own_index) {
     }
   }
   EXPECT_GT(apart, 0.01f);
+}
+
+TEST(GlossyRays, metal_that_sees_itself_is_followed_beyond_the_eighth_ray_while_it_brings_a_tenth) {
+  ObjectMaterial dark = metal(0.0f);
+  dark.base_colour = Rgb(0.7f); // 0.7^7 = 0.08
+  for (const auto& [material, more, rays] : {std::tuple(metal(0.0f), 4, 12u), {metal(0.0f), 0, 8u}, {dark, 4, 8u}}) {
+    GlossyScene scene(material);
+    scene.add(material, scene.middle + glm::dvec3(0.0, 0.302, 0.0)); // a gap of 2 mm
+    scene.renew({.most_more = more});
+    EXPECT_EQ(scene.rays_followed(0.1465), rays) << more;
+  }
 }
 
 TEST(RoomMirror, names_the_materials_of_the_room_when_one_is_not_there) {

@@ -96,7 +96,8 @@ TEST(GlossyRays, frosted_glass_shows_a_window_by_lights_as_by_lobes_alone_but_sm
   const std::vector<double> by_lights = row(scene);
   EXPECT_GT(mean(by_lobes), 0.03);
   EXPECT_NEAR(mean(by_lights) / mean(by_lobes), 1.0, 0.25);
-  EXPECT_LT(roughness(by_lights), 0.5 * roughness(by_lobes));
+  EXPECT_LT(roughness(by_lights), 0.6 * roughness(by_lobes));
+  EXPECT_LT(roughness(by_lights), 5.0); // 5.9 where places in the second lobe follow from those in the first
 }
 
 /// From the light into the shadow of a window's edge.
@@ -251,25 +252,32 @@ std::array<double, 2> spread_of(const std::vector<double>& pixels) {
   return {mean, std::sqrt(square) / mean};
 }
 
+/// Of 16 pixels that see a ball of rough metal in a mirror, each every `step`-th place of its lobe.
+std::array<double, 2> metal_in_a_mirror(const GlossyScene& scene, double aside, std::size_t count, std::size_t step) {
+  std::vector<double> light;
+  for (std::size_t k = 0; k < count; ++k)
+    light.push_back(static_cast<double>(scene.look(aside, k, step, static_cast<int>(k % 16)).radiance.g));
+  return spread_of(light);
+}
+
 TEST(GlossyRays, a_mirror_shows_rough_metal_as_bright_as_with_many_rays_and_more_smoothly_than_with_one) {
   const std::vector<Aperture> panes = test::box_window();
+  const double aside = -static_cast<double>(GlossyScene::kRadius) / std::numbers::sqrt2; // there it looks along -y
   GlossyScene scene(metal(0.0f), {}, panes, 1.0f);
-  const double side = -static_cast<double>(GlossyScene::kRadius) / std::numbers::sqrt2; // there it looks along -y
-  scene.add(metal(0.3f), scene.middle + glm::dvec3(side, side - 0.4, -0.06));
+  scene.add(metal(0.3f), scene.middle + glm::dvec3(aside, aside - 0.4, -0.06));
   scene.look_at_sky_by_lights(panes);
-  const auto pixels = [&](std::size_t count, std::size_t step) {
-    std::vector<double> light;
-    for (std::size_t k = 0; k < count; ++k)
-      light.push_back(static_cast<double>(scene.look(side, k, step, static_cast<int>(k % 16)).radiance.g));
-    return spread_of(light);
-  };
-  const auto [four, four_apart] = pixels(16, 16);
-  const auto [one, one_apart] = pixels(16, 64);
+  const double four = metal_in_a_mirror(scene, aside, 16, 16)[0];
   scene.place_bits = 12;
-  const auto [many, many_apart] = pixels(1024, 1024); // four each, of 4096
+  const double many = metal_in_a_mirror(scene, aside, 1024, 1024)[0]; // four each, of 4096
   EXPECT_NEAR(four, many, 0.05 * many);
-  EXPECT_LT(four_apart, 0.6 * one_apart);
-  EXPECT_GT(many, 0.0);
+
+  GlossyScene in_parts(metal(0.0f)); // every other triangle of the room is black
+  Room& room = in_parts.room.volume.room;
+  room.materials.push_back({"black", Rgb(0.0f), Rgb(1.0f), false});
+  for (std::size_t t = 0; t < room.triangles.size(); t += 2)
+    room.triangles[t].material = static_cast<std::uint32_t>(room.materials.size() - 1);
+  in_parts.add(metal(0.3f), in_parts.middle + glm::dvec3(aside, aside - 0.4, -0.06));
+  EXPECT_LT(metal_in_a_mirror(in_parts, aside, 16, 16)[1], 0.6 * metal_in_a_mirror(in_parts, aside, 16, 64)[1]);
 }
 
 } // namespace
