@@ -3,6 +3,9 @@
 #include <deque>
 
 #include "bench/command.h"
+#ifdef DAYLIT_BENCH_BAKE
+#include "radiosity/matrix_kernels.h"
+#endif
 #include "scene/core/command_line.h"
 
 namespace {
@@ -42,6 +45,9 @@ constexpr bench::AddCommand kCommands[] = {
 } // namespace
 
 int main(int argc, char** argv) {
+#ifdef DAYLIT_BENCH_BAKE
+  radiosity::use_matrix_kernels_of_this_processor(argv);
+#endif
   watch_for_interrupt(); // first: an interrupt may come at once
   CLI::App app{"Run time against error, measured in one run.\nExample: daylit-bench sh -o sh.json"};
   app.set_version_flag("--version", DAYLIT_VERSION);

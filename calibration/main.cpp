@@ -5,10 +5,12 @@
 #include <cblas.h>
 
 #include "calibration/command.h"
+#include "radiosity/matrix_kernels.h"
 #include "scene/core/prompt_exit.h"
 
 int main(int argc, char** argv) {
   using namespace daylit;
+  radiosity::use_matrix_kernels_of_this_processor(argv);
   watch_for_interrupt(); // first: an interrupt may come at once
   calibration::CommonOptions options;
   for (int i = 0; i < argc; ++i)

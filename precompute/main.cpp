@@ -20,6 +20,7 @@
 #include "precompute/room_frame.h"
 #include "precompute/room_survey.h"
 #include "precompute/transport_model.h"
+#include "radiosity/matrix_kernels.h"
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 #include "scene/core/command_line.h"
@@ -338,6 +339,7 @@ void add_probe_options(CLI::App& app, Arguments& a) {
 
 /// Options of a bake; `check` has its own (check_command).
 int main(int argc, char** argv) {
+  radiosity::use_matrix_kernels_of_this_processor(argv);
   watch_for_interrupt(); // first: an interrupt may come at once
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return check_command(argc - 1, argv + 1);
