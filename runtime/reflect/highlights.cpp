@@ -87,16 +87,17 @@ Rgb GlossyRays::sharp_glint(const Surface& s, const glm::vec3& in, const NormalS
                             (4.0f * glm::dot(s.out, h)));
 }
 
-/// Mean of f cos over the normals of a pixel, at the middles of up to 6 x 6 parts of it along the axes of S: as fine as
-/// the lobe, as long as the sun is mirrored nearby. The facets of a part are spread by its turn (alpha^2 = turn^2 / pi:
-/// in the middle as bright as the mean over a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of
-/// the variance of its radius, for half vectors): slopes diag(alpha_u^2, alpha_v^2) + S_part / pi + r^2 / 8.
+/// Mean of f cos over the normals of a pixel, at the middles of up to 6 x 6 parts of it along the axes of S: no wider
+/// than the lobe's slope, since what spreads the facets lifts the tails of the lobe too, as long as the sun is mirrored
+/// nearby. The facets of a part are spread by its turn (alpha^2 = turn^2 / pi: in the middle as bright as the mean over
+/// a square of that side; Kaplanyan et al. 2016) and by the disc (a quarter of the variance of its radius, for half
+/// vectors): slopes diag(alpha_u^2, alpha_v^2) + S_part / pi + r^2 / 8.
 Rgb GlossyRays::wide_glint(const Surface& s, const glm::vec3& in, const NormalSpread& spread) {
   const Axes pixel(spread);
   const glm::vec3 h = glm::normalize(s.out + in);
   SurfaceMaterial m = s.material;
   const bool nearby = std::hypot(h.x, h.y) < pixel.length.x + 4.0f * std::max(m.alpha_u, m.alpha_v);
-  const glm::vec2 lobes = 2.0f * glm::vec2(s.alpha()),
+  const glm::vec2 lobes = glm::vec2(s.alpha()),
                   parts = nearby ? glm::clamp(glm::ceil(pixel.length / lobes), 1.0f, 6.0f) : glm::vec2(1.0f),
                   side = nearby ? pixel.length / parts : glm::vec2(0.0f);
   const Axes slopes(glm::mat2(m.alpha_u * m.alpha_u, 0.0f, 0.0f, m.alpha_v * m.alpha_v) +
