@@ -9,14 +9,13 @@
 #include <fmt/format.h>
 
 #include "precompute/adaptive_sky.h"
-#include "precompute/check_plot.h"
+#include "precompute/check_command.h"
 #include "precompute/checkpoint.h"
 #include "precompute/memory_need.h"
 #include "precompute/parse_options.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
 #include "precompute/room_around.h"
-#include "precompute/room_check.h"
 #include "precompute/room_frame.h"
 #include "precompute/room_survey.h"
 #include "precompute/transport_model.h"
@@ -33,13 +32,7 @@ namespace {
 
 using namespace daylit;
 
-constexpr double kMillimetre = 1e-3, kWidestClosed_mm = 100, kMinute_s = 60;
-
-void add_close_gaps_option(CLI::App& app, double& millimetres) {
-  app.add_option("--close-gaps", millimetres,
-                 "fill joints through which light comes in, up to this wide, millimetres (default: they are told)")
-      ->check(CLI::Range(0.0, kWidestClosed_mm));
-}
+constexpr double kMillimetre = 1e-3, kMinute_s = 60;
 
 /// Notes and questions, before the work begins.
 void tell(const std::vector<std::string>& notes, const precompute::RoomSurvey& survey) {
@@ -48,58 +41,6 @@ void tell(const std::vector<std::string>& notes, const precompute::RoomSurvey& s
       std::fprintf(stderr, "note       %s\n", note.c_str());
   for (const std::string& question : survey.questions)
     std::fprintf(stderr, "question   %s\n", question.c_str());
-}
-
-Result<void> write_plot(const precompute::RoomCheck& check, const std::filesystem::path& path, bool force) {
-  static constexpr FileKind kPage{"an HTML page", "<!doctype html>"};
-  if (const Result<void> writable = check_output(path, kPage, force); !writable)
-    return writable;
-  const Result<std::string> page = precompute::check_page(check);
-  return page ? write_file_atomically(path, *page) : page.error();
-}
-
-/// `daylit-precompute check ROOM [--up y|z] [--json] [--quiet]`: arguments from "check" on; the exit code of the
-/// program (0 the room can be baked, 1 it cannot, 2 usage). The report goes to stdout.
-int check_command(int argc, char** argv) {
-  std::filesystem::path room, plot;
-  std::string up = "z";
-  bool json = false, quiet = false, force = false;
-  int threads = 0;
-  double close_gaps_mm = 0;
-  CLI::App app{"Says what a bake would find in a room: openings, materials, faces, size, cost.\n"
-               "Example: daylit-precompute check room.obj",
-               "daylit-precompute check"};
-  app.add_option("ROOM", room, "room model: OBJ, glTF 2.0 (.gltf, .glb), Honeybee (.hbjson) or Radiance (.rad)")
-      ->required();
-  app.add_option("--up", up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
-  add_close_gaps_option(app, close_gaps_mm);
-  app.add_option("--plot", plot, "the room in three dimensions, as one HTML page that loads nothing");
-  add_force_option(app, force);
-  add_threads_option(app, threads);
-  app.add_flag("--quiet", quiet, "only the exit code and the error");
-  app.add_flag("--json", json, "the report as one JSON object");
-  if (const auto code = parse_command_line(app, argc, argv))
-    return *code;
-  const PromptExit at_interrupt;
-  return run_program("daylit-precompute check", json, [&]() -> Result<void> {
-    set_thread_count(threads);
-    ProgressLine progress(quiet || json);
-    const Result<precompute::RoomCheck> check = precompute::check_room(
-        room, up == "y" ? UpAxis::y : UpAxis::z, kMillimetre * close_gaps_mm, progress.callback());
-    progress.clear();
-    if (!check)
-      return check.error();
-    if (!plot.empty())
-      if (const Result<void> drawn = write_plot(*check, plot, force); !drawn)
-        return drawn;
-    if (json)
-      std::printf("%s\n", to_json(*check).c_str());
-    else if (!quiet)
-      std::fputs(to_text(*check).c_str(), stdout);
-    if (check->problem)
-      return *check->problem;
-    return {};
-  });
 }
 
 struct Arguments {
@@ -342,7 +283,7 @@ int main(int argc, char** argv) {
   radiosity::use_matrix_kernels_of_this_processor(argv);
   watch_for_interrupt(); // first: an interrupt may come at once
   if (argc > 1 && std::string_view(argv[1]) == "check")
-    return check_command(argc - 1, argv + 1);
+    return precompute::check_command(argc - 1, argv + 1);
   Arguments a;
   a.words.assign(argv, argv + argc);
   CLI::App app{"Computes the basis irradiance volume of a room.\n"
@@ -381,7 +322,7 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::IsMember({"2", "4", "auto"}));
   app.add_option("--up", a.up, "axis that points up in the model, y or z")->check(CLI::IsMember({"y", "z"}));
-  add_close_gaps_option(app, a.close_gaps_mm);
+  precompute::add_close_gaps_option(app, a.close_gaps_mm);
   app.add_flag_callback(
          "--drop-bad-faces", [] {}, "what is done anyway; older scripts ask for it")
       ->group("");

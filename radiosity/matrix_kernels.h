@@ -1,8 +1,8 @@
 #pragma once
 
 // OpenBLAS chooses its matrix kernels by the model number of the processor when it is loaded. One that is younger than
-// the library (0.3.21, Debian 12: Intel from 2023, AMD from 2024) gets those of 2004, which take up to eight times as
-// long.
+// the library (0.3.21, Debian 12: Intel's Emerald Rapids) gets kernels for SSE3, with which a bake takes 1.3 to 2 times
+// as long (docs/notes/bake.md).
 
 #include <optional>
 #include <string_view>

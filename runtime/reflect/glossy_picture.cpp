@@ -20,8 +20,8 @@ namespace daylit {
 namespace {
 
 // Places in a pixel at an outline: a rotated square.
-constexpr std::array<glm::vec2, kSamples> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
-                                                  glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
+constexpr std::array<glm::vec2, kLobeRays> kPlaces{glm::vec2(-0.125f, -0.375f), glm::vec2(0.375f, -0.125f),
+                                                   glm::vec2(-0.375f, 0.125f), glm::vec2(0.125f, 0.375f)};
 constexpr float kEdge = 0.25f;     // a larger step between neighbours, of the brighter one, is smoothed
 constexpr int kFinerRounds = 2;    // of pixels traced again
 constexpr float kSteep = 2.0f;     // a step between neighbours, of the mean of what is mirrored, from which on they are
@@ -93,7 +93,7 @@ private:
   struct Queue {
     std::array<WorldRay, kRayBatch> rays{};
     std::array<std::size_t, kRayBatch> pixel{};
-    std::array<std::array<glm::vec2, kSamples>, kRayBatch> places{};
+    std::array<std::array<glm::vec2, kLobeRays>, kRayBatch> places{};
     std::array<std::size_t, kRayBatch> place_count{};
     std::array<int, kRayBatch> pattern{};
     std::size_t count = 0;
@@ -191,19 +191,20 @@ private:
   /// Metal that sees itself, a cup or a knot: after two narrow lobes four rays are grain, eight less.
   void trace_more(int x, int y, Queue& queue) {
     const GlossyPixel& p = pixels_[in_box(x, y)];
-    if (p.met < kSamples / 2 || p.alpha < kWideAlpha || p.alpha >= kFewShare || composite_.coverage[index(x, y)] < 1.0f)
+    if (p.met < kLobeRays / 2 || p.alpha < kWideAlpha || p.alpha >= kFewShare ||
+        composite_.coverage[index(x, y)] < 1.0f)
       return;
-    add(x, y, queue, kSamples);
+    add(x, y, queue, kLobeRays);
   }
 
   void add(int x, int y, Queue& queue, int turn = 0) {
     const std::size_t ray = next(x, y, glm::vec2(0.0f), queue);
     queue.pattern[ray] = (queue.pattern[ray] + turn) & 15;
-    for (int k = 0; k < kSamples; ++k)
+    for (int k = 0; k < kLobeRays; ++k)
       queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k, turn);
   }
   void add_four(int x, int y, bool beside_room, Queue& queue) {
-    for (int k = 0; k < kSamples; ++k) {
+    for (int k = 0; k < kLobeRays; ++k) {
       const std::size_t ray = next(x, y, kPlaces[static_cast<std::size_t>(k)], queue);
       queue.places[ray][queue.place_count[ray]++] = lobe_place(x, y, k);
       queue.beside_room = queue.beside_room || beside_room;

@@ -12,10 +12,10 @@
 namespace daylit {
 
 /// Rays of the lobe at a pixel, if there is one ray of the camera.
-constexpr int kSamples = 4;
+constexpr int kLobeRays = 4;
 
 /// PCG as a hash (Jarzynski and Olano 2020).
-inline std::uint32_t hash(std::uint32_t v) {
+inline std::uint32_t pcg_hash(std::uint32_t v) {
   v = v * 747796405u + 2891336453u;
   v = ((v >> ((v >> 28u) + 4u)) ^ v) * 277803737u;
   return (v >> 22u) ^ v;
@@ -26,7 +26,8 @@ inline int pattern_of(int x, int y) { return ((x & 3) + 4 * (y & 3)) * 5 & 15; }
 
 /// -0.5 to 0.5 in both, unlike in all other pixels: noise in lines (interleaved gradients) shows as lines.
 inline glm::vec2 shift_of(int x, int y) {
-  const std::uint32_t u = hash(static_cast<std::uint32_t>(x) + hash(static_cast<std::uint32_t>(y))), v = hash(u);
+  const std::uint32_t u = pcg_hash(static_cast<std::uint32_t>(x) + pcg_hash(static_cast<std::uint32_t>(y))),
+                      v = pcg_hash(u);
   return glm::vec2(u, v) * 0x1p-32f - 0.5f;
 }
 
@@ -36,7 +37,7 @@ inline glm::vec2 shift_of(int x, int y) {
 /// another four of them.
 inline glm::vec2 lobe_place(int x, int y, int sample, int turn = 0) {
   constexpr float kApart = 0.125f; // between neighbours of sixty-four points in the unit square
-  const int n = kSamples * kSamples * sample + ((pattern_of(x, y) + sample + turn) & 15);
+  const int n = kLobeRays * kLobeRays * sample + ((pattern_of(x, y) + sample + turn) & 15);
   int mirrored = 0;
   for (int bit = 0; bit < 6; ++bit)
     mirrored |= (n >> bit & 1) << (5 - bit);
@@ -48,9 +49,9 @@ inline glm::vec2 lobe_place(int x, int y, int sample, int turn = 0) {
 inline glm::vec2 place_after(const glm::vec2& place, int lobes) {
   if (lobes == 0)
     return place;
-  const std::uint32_t u = hash(std::bit_cast<std::uint32_t>(place.x) +
-                               hash(std::bit_cast<std::uint32_t>(place.y) + static_cast<std::uint32_t>(lobes)));
-  return glm::vec2(u >> 8u, hash(u) >> 8u) * 0x1p-24f;
+  const std::uint32_t u = pcg_hash(std::bit_cast<std::uint32_t>(place.x) +
+                                   pcg_hash(std::bit_cast<std::uint32_t>(place.y) + static_cast<std::uint32_t>(lobes)));
+  return glm::vec2(u >> 8u, pcg_hash(u) >> 8u) * 0x1p-24f;
 }
 
 } // namespace daylit

@@ -240,7 +240,7 @@ TEST(GlossyRays, the_suns_highlight_in_a_wide_pixel_is_the_mean_of_those_of_narr
       apart += std::fabs(glint(y, z, kWide_m) - mean);
     }
   EXPECT_GT(all, 1.0);
-  EXPECT_LT(apart, 0.15 * all);
+  EXPECT_LT(apart, 0.08 * all); // 0.11 where parts are twice as wide as the lobe's slope
 }
 
 /// Of pixels: mean, and standard deviation over it.
