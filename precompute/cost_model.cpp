@@ -29,10 +29,7 @@ double solve(const BakeWork& w) {
 /// Elements that the sky lights.
 double sources(const BakeWork& w) { return model.lit_elements * w.elements; }
 
-/// The air is halved until each part is small enough: a power of two.
-double probe_clusters(const BakeWork& w) {
-  return std::exp2(std::ceil(std::log2(std::max(w.probes / kFullCluster, 1.0))));
-}
+double probe_clusters(const BakeWork& w) { return std::max(std::ceil(w.probes / kFullCluster), 1.0); }
 
 /// Of the lit surfaces of a room, what one place sees: 1 where all is one room.
 double seen_of_room(const BakeWork& w) { return std::min(1.0, w.seen / model.seen_in_room); }
@@ -91,6 +88,11 @@ SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
           std::hypot(model.node_sun * std::pow(1024 / n, model.node_sun_exponent), model.compact_sun * compact_error)};
 }
 
+double compact_part(double seen) {
+  constexpr double kOneRoom = 0.6, kLeast = 0.4;
+  return std::clamp(seen / kOneRoom, kLeast, 1.0);
+}
+
 /// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations. Rays and
 /// products of probes are scaled by how fast the rays of the calibration bake ran, which says nothing of solver and
 /// compression: they meet no surface.
@@ -124,7 +126,8 @@ double predicted_bytes(const BakeWork& work, const SkyKind& sky, double compact_
     return work.probes * 27 * work.columns * (precision == BasisPrecision::float16 ? 2 : 4);
   const double probes = work.probes / probe_clusters(work), seen = seen_of_room(work);
   const double rank = model.rank * std::pow(0.03 / compact_error, model.rank_exponent) *
-                      std::pow(probes / kFullCluster, model.rank_of_probes) * std::pow(seen, model.rank_of_seen);
+                      std::pow(probes / kFullCluster, model.rank_of_probes) * std::pow(seen, model.rank_of_seen) *
+                      std::pow(compact_part(work.seen), -model.rank_of_part);
   return model.stored_bytes * probe_clusters(work) * rank *
              (model.aggregated_fraction * seen * sources(work) + model.row_padding * 27 * probes) +
          model.light_bytes * sources(work) * sky.regions;

@@ -23,7 +23,7 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-constexpr double kCompactPart = 1.55;        ///< error of the factors under suns / target
+constexpr double kCompactPart = 1.55;        ///< error of the factors under suns / target, where all is one room
 constexpr double kCompactPoints = 0.7;       ///< the same at given points, which are few
 constexpr double kNodePart = 0.3;            ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
@@ -183,8 +183,9 @@ private:
 
   Result<void> choose_sky(double target, Plan& plan) const {
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
-    plan.options.compact_error =
-        std::clamp((request_.points.empty() ? kCompactPart : kCompactPoints) * target, kMinCompact, kMaxCompact);
+    const double part =
+        request_.points.empty() ? kCompactPart * compact_part(calibration_.seen_fraction) : kCompactPoints;
+    plan.options.compact_error = std::clamp(part * target, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
     if (!plan.regions.empty())
       return check_regions(plan.regions);

@@ -10,7 +10,7 @@ namespace daylit::precompute::detail {
 
 namespace {
 
-/// Splits along the longest side at the median until every group is small.
+/// Splits along the longest side until every group is small: as many groups as are needed, half of them on each side.
 void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& position, std::size_t most,
            std::vector<std::vector<std::uint32_t>>& groups) {
   if (points.size() <= most) {
@@ -28,8 +28,9 @@ void split(std::span<std::uint32_t> points, const std::vector<glm::vec3>& positi
     return position[a][axis] != position[b][axis] ? position[a][axis] < position[b][axis] : a < b;
   };
   std::ranges::sort(points, before);
-  split(points.first(points.size() / 2), position, most, groups);
-  split(points.subspan(points.size() / 2), position, most, groups);
+  const std::size_t count = (points.size() + most - 1) / most, middle = points.size() * (count / 2) / count;
+  split(points.first(middle), position, most, groups);
+  split(points.subspan(middle), position, most, groups);
 }
 
 } // namespace

@@ -78,15 +78,19 @@ double seen_in(int rooms) {
   return calibration ? calibration->seen_fraction : 0.0;
 }
 
-TEST(Plan, one_place_sees_a_room_and_a_part_of_several_which_make_a_smaller_file) {
+TEST(Plan, one_place_sees_a_room_and_a_part_of_several_whose_factors_err_less) {
   const double one = seen_in(1), four = seen_in(4);
   EXPECT_GT(one, 0.8);
   EXPECT_NEAR(four / one, 0.25, 0.1);
   CalibrationBake calibration = invented_room(0.02, 0.02, 0.1);
-  const auto bytes = [&] { return make_plan(calibration, {})->predicted.bytes; };
-  const double of_one = bytes();
-  calibration.seen_fraction = 0.25 * one;
-  EXPECT_LT(bytes(), 0.8 * of_one);
+  const auto error_at = [&](double seen) {
+    calibration.seen_fraction = seen;
+    return make_plan(calibration, {})->options.compact_error;
+  };
+  const double of_one = error_at(one);
+  EXPECT_EQ(error_at(0.7), of_one) << "furniture hides something of a room";
+  EXPECT_LT(error_at(four), 0.6 * of_one);
+  EXPECT_NEAR(error_at(0.02), 0.4 * of_one, 0.01 * of_one) << "a large building";
 }
 
 TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
