@@ -88,11 +88,6 @@ SkyErrors sky_errors(const SkyKind& sky, double compact_error) {
           std::hypot(model.node_sun * std::pow(1024 / n, model.node_sun_exponent), model.compact_sun * compact_error)};
 }
 
-double compact_part(double seen) {
-  constexpr double kOneRoom = 0.6, kLeast = 0.4;
-  return std::clamp(seen / kOneRoom, kLeast, 1.0);
-}
-
 /// The calibration bake's own stages, scaled by what each grows with, and what is modelled in operations. Rays and
 /// products of probes are scaled by how fast the rays of the calibration bake ran, which says nothing of solver and
 /// compression: they meet no surface.
@@ -127,7 +122,7 @@ double predicted_bytes(const BakeWork& work, const SkyKind& sky, double compact_
   const double probes = work.probes / probe_clusters(work), seen = seen_of_room(work);
   const double rank = model.rank * std::pow(0.03 / compact_error, model.rank_exponent) *
                       std::pow(probes / kFullCluster, model.rank_of_probes) * std::pow(seen, model.rank_of_seen) *
-                      std::pow(compact_part(work.seen), -model.rank_of_part);
+                      std::pow(work.compact_part, -model.rank_of_part);
   return model.stored_bytes * probe_clusters(work) * rank *
              (model.aggregated_fraction * seen * sources(work) + model.row_padding * 27 * probes) +
          model.light_bytes * sources(work) * sky.regions;

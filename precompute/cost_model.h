@@ -47,7 +47,7 @@ struct CostModel {
   double rank = 68;                      ///< components of a full cluster at an error of 3 % ...
   double rank_exponent = 0.35;           ///< ... ~ error^-this
   double rank_of_probes = 0.6;           ///< ... ~ probes in the cluster^this
-  double rank_of_part = 0.55;            ///< ... ~ compact_part()^-this
+  double rank_of_part = 0.55;            ///< ... ~ BakeWork::compact_part^-this
   double rank_of_seen = 0.6;             ///< ... ~ what one place sees of the lit area, of a room^this
   double stored_bytes = 0.64;            ///< per coefficient of a factor: most are bytes, packed
   double aggregated_fraction = 0.5;      ///< aggregated sources of a cluster / sources
@@ -96,15 +96,11 @@ struct SkyErrors {
 /// Sky part of the error; `compact_error`: CompactOptions::error, for nodes.
 SkyErrors sky_errors(const SkyKind& sky, double compact_error);
 
-/// What the factors of a fine sky may err in a building beside what they may in one room: a sun that looks into one
-/// room gives the others little, and errs more there. `seen`: CalibrationBake::seen_fraction, small where there are
-/// many rooms.
-double compact_part(double seen);
-
 /// What a bake consists of, in counts.
 struct BakeWork {
   double facets, probes, columns, channels, gather_rays, elements;
-  double seen = 1; ///< CalibrationBake::seen_fraction
+  double seen = 1;         ///< CalibrationBake::seen_fraction
+  double compact_part = 1; ///< what the factors of a fine sky may err beside what they may in one room
 };
 /// Seconds of a whole run, calibration bakes included. `compact_error` 0: no fine sky.
 double predicted_seconds(const CalibrationBake& calibration, const BakeWork& work, double visibility_rays,

@@ -23,7 +23,10 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-constexpr double kCompactPart = 1.55;        ///< error of the factors under suns / target, where all is one room
+constexpr double kCompactPart = 1.55; ///< error of the factors under suns / target, where all is one room
+// Of several rooms one place sees less than this of what is lit, and the part is smaller in proportion, at most so
+// much.
+constexpr double kSeenInRoom = 0.6, kCompactLeast = 0.4;
 constexpr double kCompactPoints = 0.7;       ///< the same at given points, which are few
 constexpr double kNodePart = 0.3;            ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
@@ -69,6 +72,12 @@ public:
 
 private:
   bool fine() const { return request_.regions.empty() || SkyKind::of(request_.regions).nodes; }
+
+  /// A sun that looks into one of several rooms gives the others little, and errs more there.
+  double compact_part() const {
+    return calibration_.rooms.size() > 1 ? std::clamp(calibration_.seen_fraction / kSeenInRoom, kCompactLeast, 1.0)
+                                         : 1.0;
+  }
 
   /// What only reduces noise grows as the target falls, from values that do at 2 %.
   void choose_effort(double target, BakeOptions& options) const {
@@ -183,8 +192,7 @@ private:
 
   Result<void> choose_sky(double target, Plan& plan) const {
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
-    const double part =
-        request_.points.empty() ? kCompactPart * compact_part(calibration_.seen_fraction) : kCompactPoints;
+    const double part = request_.points.empty() ? kCompactPart * compact_part() : kCompactPoints;
     plan.options.compact_error = std::clamp(part * target, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
     if (!plan.regions.empty())
@@ -224,7 +232,8 @@ private:
                         static_cast<double>(calibration_.channels),
                         static_cast<double>(options.gather_rays),
                         static_cast<double>(options.elements),
-                        calibration_.seen_fraction};
+                        calibration_.seen_fraction,
+                        compact_part()};
     p.seconds =
         predicted_seconds(calibration_, work, options.visibility_rays, kind.nodes ? options.compact_error : 0.0);
     p.bytes = predicted_bytes(work, kind, options.compact_error, plan.precision);

@@ -83,13 +83,15 @@ TEST(Plan, one_place_sees_a_room_and_a_part_of_several_whose_factors_err_less) {
   EXPECT_GT(one, 0.8);
   EXPECT_NEAR(four / one, 0.25, 0.1);
   CalibrationBake calibration = invented_room(0.02, 0.02, 0.1);
-  const auto error_at = [&](double seen) {
+  const auto error_at = [&](double seen, std::size_t rooms = 2) {
     calibration.seen_fraction = seen;
+    calibration.rooms.resize(rooms);
     return make_plan(calibration, {})->options.compact_error;
   };
   const double of_one = error_at(one);
   EXPECT_EQ(error_at(0.7), of_one) << "furniture hides something of a room";
   EXPECT_LT(error_at(four), 0.6 * of_one);
+  EXPECT_EQ(error_at(four, 1), of_one) << "probes in one room of four";
   EXPECT_NEAR(error_at(0.02), 0.4 * of_one, 0.01 * of_one) << "a large building";
 }
 
