@@ -47,11 +47,11 @@ struct CostModel {
   double rank = 68;                      ///< components of a full cluster at an error of 3 % ...
   double rank_exponent = 0.35;           ///< ... ~ error^-this
   double rank_of_probes = 0.6;           ///< ... ~ probes in the cluster^this
-  double rank_of_part = 0.55;            ///< ... ~ BakeWork::compact_part^-this
+  double rank_of_part = 0.55;            ///< ... ~ BakeWork::compact_part^-this: the probes come no closer with it
   double rank_of_seen = 0.6;             ///< ... ~ what one place sees of the lit area, of a room^this
   double stored_bytes = 0.64;            ///< per coefficient of a factor: most are bytes, packed
   double aggregated_fraction = 0.5;      ///< aggregated sources of a cluster / sources
-  double seen_in_room = 0.5;             ///< CalibrationBake::seen_fraction, at least, where all is one room
+  double seen_in_room = 0.6;             ///< CalibrationBake::seen_fraction, at least, where all is one room
   double row_padding = 1.02;             ///< rows padded to whole 16 / coefficients of the probes
   double light_bytes = 0.06;             ///< per source and node: what a source sees of the sky
   double compress_s = 2.6e-5;            ///< per source and cluster of `compress_probes`, an error of 3 % ...

@@ -23,10 +23,8 @@ constexpr int kFewestFacets = 200, kMostFacets = 60000;
 constexpr double kMostFloats = 1.5e9; ///< of the coefficients while they are computed: 6 GB
 constexpr double kMostProbes = 2e6;
 constexpr std::array<int, 4> kNodes{256, 1024, 4096, 16384};
-constexpr double kCompactPart = 1.55; ///< error of the factors under suns / target, where all is one room
-// Of several rooms one place sees less than this of what is lit, and the part is smaller in proportion, at most so
-// much.
-constexpr double kSeenInRoom = 0.6, kCompactLeast = 0.4;
+constexpr double kCompactPart = 1.55;        ///< error of the factors under suns / target, where all is one room
+constexpr double kCompactLeast = 0.4;        ///< of that part, in a building of many rooms
 constexpr double kCompactPoints = 0.7;       ///< the same at given points, which are few
 constexpr double kNodePart = 0.3;            ///< of the target, before compression
 constexpr double kNodesAtTwoPercent = 16384; ///< at most, ~ 1 / target
@@ -73,10 +71,11 @@ public:
 private:
   bool fine() const { return request_.regions.empty() || SkyKind::of(request_.regions).nodes; }
 
-  /// A sun that looks into one of several rooms gives the others little, and errs more there.
+  /// A sun that looks into one of several rooms gives the others little, and errs more there: in proportion to what one
+  /// place sees of what is lit.
   double compact_part() const {
-    return calibration_.rooms.size() > 1 ? std::clamp(calibration_.seen_fraction / kSeenInRoom, kCompactLeast, 1.0)
-                                         : 1.0;
+    const double seen = calibration_.seen_fraction / kCostModel.seen_in_room;
+    return calibration_.rooms.size() > 1 ? std::clamp(seen, kCompactLeast, 1.0) : 1.0;
   }
 
   /// What only reduces noise grows as the target falls, from values that do at 2 %.

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "precompute/detail/neighbours.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/detail/surface_transport.h"
 #include "scene/volume/volume_file.h"
@@ -29,6 +30,25 @@ void expect_same_factors(const CompactFactors& a, const CompactFactors& b) {
   };
   expect_same(a.strong, b.strong);
   expect_same(a.weak, b.weak);
+}
+
+TEST(Neighbours, groups_are_as_few_as_hold_the_points_and_of_one_size) {
+  std::vector<glm::vec3> position;
+  for (int i = 0; i < 1000; ++i)
+    position.emplace_back(0.1f * float(i % 10), 0.2f * float(i / 10 % 10), 0.3f * float(i / 100));
+  for (const std::size_t most : {1000u, 999u, 180u, 64u, 7u, 1u}) {
+    const auto groups = detail::neighbours(position, {}, most);
+    EXPECT_EQ(groups.size(), (position.size() + most - 1) / most);
+    std::vector<std::uint32_t> all;
+    for (const auto& group : groups) {
+      EXPECT_LE(group.size(), most);
+      EXPECT_GE(group.size() + 1, position.size() / groups.size());
+      all.insert(all.end(), group.begin(), group.end());
+    }
+    std::ranges::sort(all);
+    for (std::uint32_t i = 0; i < position.size(); ++i)
+      ASSERT_EQ(all[i], i) << "each point in one group";
+  }
 }
 
 TEST(CompactSky, sources_too_faint_to_be_squared_spoil_nothing) {
