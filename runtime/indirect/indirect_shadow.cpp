@@ -55,6 +55,7 @@ struct IndirectShadow::State : LitScene {
   std::vector<ReceiverLattice::Link> dimmed_at; ///< of each
   std::vector<TwoSided> direct;                 ///< radiance of the objects' vertices that does not come from the room
   std::uint64_t sky_version = 0;
+  bool moved = true; ///< sun or objects, since the sunlit points were found
   using LitScene::LitScene;
 
   /// After the parts moved.
@@ -86,6 +87,7 @@ IndirectShadow::~IndirectShadow() = default;
 void IndirectShadow::set_objects(std::vector<PlacedPart> parts) {
   State& s = *state_;
   s.parts = PlacedParts(std::move(parts));
+  s.moved = true;
   s.receivers.objects_moved();
   s.indirect_feedback.objects_moved();
   s.other_objects.set_objects(s.parts);
@@ -128,10 +130,12 @@ void IndirectShadow::set_sky(std::span<const SkyMap> pyramid, const std::optiona
   if (std::exchange(s.sky_version, sky_version) != sky_version || sky_version == 0) {
     s.windows.set_sun(sun); // also one that does not reach the objects: they may stand before a patch of it
     s.patches.set_frame(pyramid);
-    s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(),
-                                   s.patches.window_cells(kCellFraction), *sun)
-                   : std::vector<SunlitPoint>{};
+    s.moved = true;
   }
+  if (std::exchange(s.moved, false))
+    s.sunlit = sun ? sunlit_points(s.room, s.rays, s.planes, s.windows.apertures(),
+                                   s.patches.window_cells(kCellFraction), *sun, s.parts)
+                   : std::vector<SunlitPoint>{};
   s.correction = SunlitCorrection(s.sunlit, s.parts, s.windows);
   s.other_objects.room_changed();
   s.receivers.sky_changed(); // the light of the room is another where its windows are seen from another object

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 
@@ -87,10 +88,18 @@ Rgb LitScene::mirrored_irradiance(const Receiver& receiver) const {
   return sum;
 }
 
+/// E / E'
+Rgb agreement(const Rgb& volume, const Rgb& all) {
+  Rgb scale(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (all[c] > 0.0f)
+      scale[c] = std::clamp(volume[c] / all[c], 1.0f / kMostScale, kMostScale);
+  return scale;
+}
+
 /// H = sum over the occluded directions of cos dw rho E / pi of the patch behind (Grosch et al. 2007 leave this term
-/// out), and what the sunlit points behind send. Where an object hides most of the light, what is left is the small
-/// difference of this and of the volume's E, two estimates that differ by some per cent: there H E / E', E' the same
-/// sum as H over all directions.
+/// out), and what the sunlit points behind send. Where an object hides most of the light, H E / E', E' the same sum as
+/// H over all directions.
 Rgb LitScene::hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                                 const glm::dvec3& n) const {
   const auto sent = [&](const std::vector<SeenPatch>& seen) {
@@ -105,13 +114,8 @@ Rgb LitScene::hidden_irradiance(const Receiver& receiver, const RoomPoint& here,
     hidden += sent(view.hidden);
   if (receiver.surrounded == 0.0f)
     return hidden;
-  const Rgb all = sunlight.all + sent(receiver.around);
-  Rgb scale(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (all[c] > 0.0f)
-      scale[c] += receiver.surrounded *
-                  (std::clamp(here.indirect_irradiance[c] / all[c], 1.0f / kMostScale, kMostScale) - 1.0f);
-  return scale * hidden;
+  const Rgb scale = agreement(here.indirect_irradiance, sunlight.all + sent(receiver.around));
+  return glm::mix(Rgb(1.0f), scale, receiver.surrounded) * hidden;
 }
 
 /// sum over the points of power / pi cos cos' / r^2 (a small diffuse source), where none of the room stands between;
@@ -147,6 +151,17 @@ LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec
   if (count > 0)
     add();
   return sum;
+}
+
+/// sum over the directions of cos dw rho E / pi, E with the sun's.
+Rgb LitScene::sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const {
+  Rgb sum(0.0f);
+  look_around(rays, x, n, pattern, [&](std::uint32_t triangle, const glm::dvec3& seen, const glm::dvec3& w) {
+    RoomPatch* patch = patches.at(triangle, seen, w);
+    const glm::dvec3& there = normal_of(triangle, w);
+    sum += patch->reflectance * (patches.irradiance(*patch) + windows.sun_sample(0, seen + kAirGap_m * there, there));
+  });
+  return sum / static_cast<float>(pattern.points().size());
 }
 
 /// E = E_indirect + V_window E_sky.

@@ -55,6 +55,10 @@ struct Receiver {
   std::optional<float> window_visibility; ///< past the room
 };
 
+/// Part of a light, found among `all` of it by rays or points: times this, it is the same part of what the volume says.
+/// The two estimates differ by some per cent, more beside a sun patch, and where most is lost little else is left.
+Rgb agreement(const Rgb& volume, const Rgb& all);
+
 /// The room and the objects in it, with their light. Keeps references to what the constructor is given.
 struct LitScene {
   const Room& room;
@@ -84,6 +88,9 @@ struct LitScene {
   Rgb mirrored_irradiance(const Receiver& receiver) const;
   Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
+  /// Irradiance of x with normal n from the room's surfaces, the sunlit ones too, as the directions of the pattern see
+  /// them without the objects.
+  Rgb sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
   /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.
   static Rgb before(const Receiver& receiver, const RoomPoint& here);
   /// Irradiance straight from the sun that the objects keep from point x with normal n: the mean over points of a

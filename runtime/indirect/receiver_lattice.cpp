@@ -220,11 +220,13 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
                                          int count) const {
   const State& s = *state_;
   const glm::dvec3 n = s.scene.normal_of(triangle, direction);
+  const glm::dvec3 air = x + kAirGap_m * n;
+  const DirectionPattern pattern(count);
   Receiver receiver;
-  s.scene.trace(x + kAirGap_m * n, n, DirectionPattern(count), receiver);
+  s.scene.trace(air, n, pattern, receiver);
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
-  const Rgb reflected = s.reflected_change(s.changed_surfaces(x + kAirGap_m * n, n, DirectionPattern(count))) +
-                        LampLight::irradiance(look_at_lamps(s.scene, x + kAirGap_m * n, n, DirectionPattern(count)));
+  const Rgb reflected = s.reflected_change(s.changed_surfaces(air, n, pattern), air, n, pattern, here) +
+                        LampLight::irradiance(look_at_lamps(s.scene, air, n, pattern));
   return {s.scene.sent_irradiance(receiver) + s.scene.mirrored_irradiance(receiver) -
               s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
           LitScene::before(receiver, here)};

@@ -50,7 +50,8 @@ struct ReceiverLattice::State {
   void renew(Node& node) const;
   const IndirectChange& current(Node& node) const;
   Rgb whole_change(Node& node, bool sun_too = true) const;
-  Rgb reflected_change(std::span<const ChangedSurface> surfaces) const;
+  Rgb reflected_change(std::span<const ChangedSurface> surfaces, const glm::dvec3& air, const glm::dvec3& n,
+                       const DirectionPattern& pattern, const RoomPoint& here) const;
   const Rgb& reflected(Node& node) const;
   float current_distance(Node& node) const;
   const RoomPoint& current_light(Node& node) const;

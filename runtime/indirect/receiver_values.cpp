@@ -6,8 +6,13 @@
 
 #include "runtime/base/once.h"
 #include "runtime/indirect/receiver_state.h"
+#include "scene/image/rgb_image.h"
 
 namespace daylit {
+
+namespace {
+constexpr float kLeastLoss = 0.005f; // of the light, from which on it is compared with what is around
+} // namespace
 
 /// Traced anew when an object moved; what is behind the objects anew under another sky.
 void ReceiverLattice::State::renew(Node& node) const {
@@ -61,23 +66,30 @@ std::vector<ChangedSurface> ReceiverLattice::State::changed_surfaces(const glm::
                                });
 }
 
-/// sum over the surfaces of rho / pi cos dw of Delta E there.
-Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces) const {
+/// Delta E' E / E', Delta E' = sum over the surfaces of rho / pi cos dw of Delta E there, E' of all light by the same
+/// rays: what they miss of a sun patch, or see too much of, is in both.
+Rgb ReceiverLattice::State::reflected_change(std::span<const ChangedSurface> surfaces, const glm::dvec3& air,
+                                             const glm::dvec3& n, const DirectionPattern& pattern,
+                                             const RoomPoint& here) const {
   Rgb sum(0.0f);
   for (const ChangedSurface& s : surfaces)
     for (std::size_t k = 0; k < 4; ++k)
       if (s.link.weight[k] > 0.0f)
         sum += s.weight * s.link.weight[k] * whole_change(*s.link.node[k]);
-  return sum;
+  if (!scene.windows.has_sun() || luminance(sum) > -kLeastLoss * luminance(here.indirect_irradiance))
+    return sum;
+  return agreement(here.indirect_irradiance, scene.sent_by_room(air, n, pattern)) * sum;
 }
 
 const Rgb& ReceiverLattice::State::reflected(Node& node) const {
   once(node.reflected_version, light_version, node.reflecting, [&] {
+    const glm::dvec3 air = node.x + kAirGap_m * node.n;
     if (std::exchange(node.around_version, placement_version) != placement_version) {
-      node.around = changed_surfaces(node.x + kAirGap_m * node.n, node.n, *node.pattern);
-      node.lamps = look_at_lamps(scene, node.x + kAirGap_m * node.n, node.n, lamp_pattern);
+      node.around = changed_surfaces(air, node.n, *node.pattern);
+      node.lamps = look_at_lamps(scene, air, node.n, lamp_pattern);
     }
-    node.reflected = reflected_change(node.around) + LampLight::irradiance(node.lamps);
+    node.reflected =
+        reflected_change(node.around, air, node.n, *node.pattern, node.here) + LampLight::irradiance(node.lamps);
   });
   return node.reflected;
 }

@@ -279,7 +279,7 @@ Result<LoadedModel> load_model(const ObjectConfig& object, const std::filesystem
   if (const auto simpler = simplify_dense(*mesh); !simpler)
     return simpler.error();
   const TransferSettings settings{.closed = is_closed(*mesh)}; // the cuts open it, but only where nobody looks
-  divide_long_edges(*mesh);
+  divide_coarse_mesh(*mesh);
   if (const auto cut = cut_where_parts_cross(*mesh); !cut)
     return cut.error();
   auto transfer = cached_transfer(*mesh, cache_folder, object.model.stem().string(), settings, progress);

@@ -134,6 +134,18 @@ std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, co
   return cells;
 }
 
+std::array<ApertureCell, 4> quarters(const ApertureCell& cell) {
+  std::array<ApertureCell, 4> parts;
+  parts.fill(cell);
+  for (std::size_t k = 0; k < 4; ++k) {
+    parts[k].side_a *= 0.5;
+    parts[k].side_b *= 0.5;
+    parts[k].area_m2 *= 0.25;
+    parts[k].centre += (k >> 1 ? 0.5 : -0.5) * parts[k].side_a + (k & 1 ? 0.5 : -0.5) * parts[k].side_b;
+  }
+  return parts;
+}
+
 namespace {
 
 /// E(x, n) of one cell = L(w) tau cos_cell cos_receiver A / r^2: the form factor of a small facet (Cohen & Wallace
@@ -162,16 +174,9 @@ Rgb through_parts(const ApertureCell& cell, std::span<const SkyMap> pyramid, con
                                     std::fabs(glm::dot(cell.inward, d)) * cell.area_m2 / (r2 * std::sqrt(r2)));
     return through_middle(cell, pyramid[static_cast<std::size_t>(level)], x, n);
   }
-  ApertureCell part = cell;
-  part.side_a *= 0.5;
-  part.side_b *= 0.5;
-  part.area_m2 *= 0.25;
   Rgb sum(0.0f);
-  for (const double a : {-0.5, 0.5})
-    for (const double b : {-0.5, 0.5}) {
-      part.centre = cell.centre + a * part.side_a + b * part.side_b;
-      sum += through_parts(part, pyramid, x, n, cuts - 1);
-    }
+  for (const ApertureCell& part : quarters(cell))
+    sum += through_parts(part, pyramid, x, n, cuts - 1);
   return sum;
 }
 

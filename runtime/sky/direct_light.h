@@ -10,6 +10,7 @@
 // equation 7 in Grosch et al. 2007, which has sum_j e_j V_j alone).
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -58,6 +59,9 @@ constexpr double kCellFraction = 0.125; ///< of the distance to what is lit: how
 /// kCellFraction at least 6 x 6, with twice it 3 x 3.
 std::vector<ApertureCell> aperture_cells(std::span<const Aperture> apertures, const BoundingSphere& sphere,
                                          std::span<const SkyMap> pyramid, double fraction = kCellFraction);
+
+/// Its four quarters.
+std::array<ApertureCell, 4> quarters(const ApertureCell& cell);
 
 /// Squared distance from its middle up to which the cell is close: there its middle does not stand for all of it.
 inline double close2(const ApertureCell& cell) {

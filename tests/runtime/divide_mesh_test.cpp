@@ -38,7 +38,7 @@ TEST(DivideMesh, no_edge_is_longer_than_a_sixth_of_the_radius_and_the_surface_st
   const glm::vec3 size(0.3f, 0.2f, 0.9f);
   ObjectMesh mesh = box(size);
   const double before = area(mesh);
-  divide_long_edges(mesh);
+  divide_coarse_mesh(mesh);
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> sides;
   float longest = 0;
   for (const auto& t : mesh.triangles)
@@ -58,14 +58,63 @@ TEST(DivideMesh, no_edge_is_longer_than_a_sixth_of_the_radius_and_the_surface_st
 
 TEST(DivideMesh, a_fine_mesh_keeps_every_vertex_and_an_empty_one_is_left) {
   ObjectMesh mesh = box({1, 1, 1});
-  divide_long_edges(mesh);
+  divide_coarse_mesh(mesh);
   const ObjectMesh fine = mesh;
-  divide_long_edges(mesh);
+  divide_coarse_mesh(mesh);
   EXPECT_EQ(mesh.positions, fine.positions);
   EXPECT_EQ(mesh.triangles, fine.triangles);
   ObjectMesh none;
-  divide_long_edges(none);
+  divide_coarse_mesh(none);
   EXPECT_TRUE(none.positions.empty());
+}
+
+/// Each face with its own corners.
+void add_flat_box(ObjectMesh& mesh, const glm::vec3& low, const glm::vec3& high) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const bool up : {false, true}) {
+      const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+      const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+      for (int k = 0; k < 4; ++k) {
+        glm::vec3 p = low, n(0.0f);
+        p[axis] = up ? high[axis] : low[axis];
+        p[u] = k & 1 ? high[u] : low[u];
+        p[v] = k >> 1 ? high[v] : low[v];
+        n[axis] = up ? 1.0f : -1.0f;
+        mesh.positions.push_back(p);
+        mesh.normals.push_back(n);
+        mesh.reflectance.emplace_back(0.5f);
+      }
+      mesh.triangles.push_back({first, first + (up ? 1u : 2u), first + (up ? 2u : 1u)});
+      mesh.triangles.push_back({first + 3, first + (up ? 2u : 1u), first + (up ? 1u : 2u)});
+    }
+}
+
+std::ptrdiff_t vertices_within(const ObjectMesh& mesh, const glm::vec3& x, float reach) {
+  return std::ranges::count_if(mesh.positions, [&](const glm::vec3& p) { return glm::distance(p, x) < reach; });
+}
+
+TEST(DivideMesh, vertices_are_close_around_a_joint_and_not_away_from_it) {
+  ObjectMesh post;
+  add_flat_box(post, {0, 0, 0}, {0.04f, 0.04f, 1.0f});
+  ObjectMesh joined = post;
+  add_flat_box(joined, {0.04f, 0.005f, 0.48f}, {0.5f, 0.035f, 0.52f}); // touches it and shares no corner
+  const double before = area(joined);
+  divide_coarse_mesh(post);
+  divide_coarse_mesh(joined);
+  const glm::vec3 at_joint(0.04f, 0.02f, 0.54f), away(0.04f, 0.02f, 0.9f);
+  EXPECT_GE(vertices_within(joined, at_joint, 0.04f), 2 * vertices_within(post, at_joint, 0.04f));
+  EXPECT_LE(vertices_within(joined, away, 0.04f), vertices_within(post, away, 0.04f));
+  EXPECT_NEAR(area(joined), before, 1e-5 * before);
+}
+
+TEST(DivideMesh, no_edge_is_halved_where_two_surfaces_are_equally_near_everywhere) {
+  ObjectMesh plates, one;
+  add_flat_box(plates, {0, 0, 0}, {1, 1, 0.02f});
+  add_flat_box(plates, {0, 0, 0.0202f}, {1, 1, 0.0402f});
+  add_flat_box(one, {0, 0, 0}, {1, 1, 0.0402f});
+  divide_coarse_mesh(plates);
+  divide_coarse_mesh(one);
+  EXPECT_LE(plates.positions.size(), 3 * one.positions.size());
 }
 
 /// A sheet of one metre, its two triangles of two materials, a checker pattern on it.
@@ -94,7 +143,7 @@ ObjectMesh patterned_sheet() {
 
 TEST(DivideMesh, a_pattern_stays_where_it_is) {
   ObjectMesh mesh = patterned_sheet();
-  divide_long_edges(mesh);
+  divide_coarse_mesh(mesh);
   ASSERT_GT(mesh.triangles.size(), 100u);
   ASSERT_EQ(mesh.triangle_material.size(), mesh.triangles.size());
   for (const std::size_t size : {mesh.uv.size(), mesh.colours.size(), mesh.tangents.size(), mesh.reflectance.size()})
