@@ -4,7 +4,9 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <utility>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/room_planes.h"
@@ -14,25 +16,59 @@
 namespace daylit {
 
 namespace {
-constexpr int kWindowPoints = 4; ///< per side: those of a window fill a packet of rays
+constexpr int kSide = 4; ///< points of a piece: they fill a packet of rays
+constexpr std::size_t kPoints = std::size_t{kSide} * kSide;
 constexpr int kSunSamples = 8;
+constexpr double kNear = 0.2;          // of a piece's diagonal: nearer to it four smaller ones are better
+constexpr float kSmallest = 1.0f / 32; // side of a piece
 
-/// The k-th of a window's points.
-glm::dvec3 window_point(const Aperture& a, int k) {
-  const std::size_t last = a.corners.size() - 1;
-  const double s = (k / kWindowPoints + 0.5) / kWindowPoints, t = (k % kWindowPoints + 0.5) / kWindowPoints;
-  return (1 - s) * ((1 - t) * a.corners[0] + t * a.corners[last]) +
-         s * ((1 - t) * a.corners[1] + t * a.corners[std::min<std::size_t>(2, last)]);
-}
+using Offsets = std::array<glm::dvec3, kPoints>;
 
-using Directions = std::array<glm::dvec3, kWindowPoints * kWindowPoints>;
-Directions directions_of(std::span<const glm::dvec3> offsets) {
-  Directions direction;
+Offsets directions_of(std::span<const glm::dvec3> offsets) {
+  Offsets direction;
   std::ranges::transform(offsets, direction.begin(), [](const glm::dvec3& d) { return glm::normalize(d); });
   return direction;
 }
 
 } // namespace
+
+/// Of the bilinear patch between the window's first two corners, its third and its last, s and t of the piece's sides.
+glm::dvec3 WindowVisibility::point(const Piece& piece, double s, double t) const {
+  const std::vector<glm::dvec3>& corners = apertures_[piece.window].corners;
+  const std::size_t last = corners.size() - 1;
+  s = static_cast<double>(piece.s) + s * static_cast<double>(piece.side);
+  t = static_cast<double>(piece.t) + t * static_cast<double>(piece.side);
+  return (1 - s) * ((1 - t) * corners[0] + t * corners[last]) +
+         s * ((1 - t) * corners[1] + t * corners[std::min<std::size_t>(2, last)]);
+}
+
+Offsets WindowVisibility::offsets(const Piece& piece, const glm::dvec3& x) const {
+  Offsets offset;
+  for (int k = 0; k < static_cast<int>(kPoints); ++k)
+    offset[static_cast<std::size_t>(k)] = point(piece, (k / kSide + 0.5) / kSide, (k % kSide + 0.5) / kSide) - x;
+  return offset;
+}
+
+void WindowVisibility::add_pieces(const Piece& piece, const glm::dvec3& x, std::vector<Piece>& pieces) const {
+  Bounds box;
+  for (const auto& [s, t] : {std::pair(0.0, 0.0), {1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}})
+    box.include(point(piece, s, t));
+  if (piece.side <= kSmallest || glm::distance(x, glm::clamp(x, box.min, box.max)) > kNear * glm::length(box.size())) {
+    pieces.push_back(piece);
+    return;
+  }
+  const float half = 0.5f * piece.side;
+  for (const auto& [i, j] : {std::pair(0.0f, 0.0f), {half, 0.0f}, {0.0f, half}, {half, half}})
+    add_pieces({piece.window, piece.s + i, piece.t + j, half}, x, pieces);
+}
+
+std::vector<WindowVisibility::Piece> WindowVisibility::pieces_near(const glm::dvec3& x) const {
+  std::vector<Piece> pieces;
+  pieces.reserve(apertures_.size());
+  for (std::uint32_t w = 0; w < apertures_.size(); ++w)
+    add_pieces({.window = w}, x, pieces);
+  return pieces;
+}
 
 /// Directions that fill the disc evenly; each carries the whole sun's irradiance.
 void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
@@ -42,30 +78,35 @@ void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-/// Fraction of the windows' points that count; `none` where no window faces x. counts(window, offsets, number): bits of
-/// the points at these offsets from x; the numbers are those in the window.
+/// Fraction of the pieces' points that count, each by cos cos A / r^2; `none` where no window faces x. counts(number of
+/// the piece, offsets, which): bits of the points at these offsets from x; `which` they are of the piece.
 template <class Counts>
-double WindowVisibility::weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const {
+double WindowVisibility::weighted_fraction(const std::vector<Piece>& pieces, const glm::dvec3& x, const glm::dvec3& n,
+                                           double none, Counts counts) const {
   double seen = 0.0, all = 0.0;
-  std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
-  std::array<int, kWindowPoints * kWindowPoints> number{};
-  std::array<double, kWindowPoints * kWindowPoints> weight{};
-  for (std::size_t w = 0; w < apertures_.size(); ++w) {
-    const Aperture& a = apertures_[w];
+  Offsets offset;
+  std::array<int, kPoints> which{};
+  std::array<double, kPoints> weight{};
+  for (std::size_t p = 0; p < pieces.size(); ++p) {
+    const glm::dvec3& inward = apertures_[pieces[p].window].inward;
+    const glm::dvec3 corner = point(pieces[p], 0.0, 0.0);
+    const double area =
+        glm::length(glm::cross(point(pieces[p], 1.0, 0.0) - corner, point(pieces[p], 0.0, 1.0) - corner));
     std::size_t count = 0;
-    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k) {
-      const glm::dvec3 d = window_point(a, k) - x;
+    int number = 0;
+    for (const glm::dvec3& d : offsets(pieces[p], x)) {
+      const int k = number++;
       const double r2 = glm::dot(d, d);
-      if (glm::dot(n, d) <= 0.0 || glm::dot(a.inward, d) >= 0.0)
+      if (glm::dot(n, d) <= 0.0 || glm::dot(inward, d) >= 0.0)
         continue;
-      weight[count] = -glm::dot(a.inward, d) * glm::dot(n, d) / (r2 * r2);
-      number[count] = k;
+      weight[count] = -glm::dot(inward, d) * glm::dot(n, d) * area / (r2 * r2);
+      which[count] = k;
       offset[count++] = d;
     }
-    const std::uint32_t which = count > 0 ? counts(w, std::span<const glm::dvec3>(offset.data(), count), number) : 0u;
+    const std::uint32_t bits = count > 0 ? counts(p, std::span<const glm::dvec3>(offset.data(), count), which) : 0u;
     for (std::size_t k = 0; k < count; ++k) {
       all += weight[k];
-      seen += which >> k & 1u ? weight[k] : 0.0;
+      seen += bits >> k & 1u ? weight[k] : 0.0;
     }
   }
   return all > 0.0 ? seen / all : none;
@@ -73,45 +114,41 @@ double WindowVisibility::weighted_fraction(const glm::dvec3& x, const glm::dvec3
 
 WindowVisibility::SeenPoints WindowVisibility::seen_points(const glm::dvec3& x) const {
   SeenPoints seen;
-  for (const Aperture& a : apertures_) {
-    std::array<glm::dvec3, kWindowPoints * kWindowPoints> offset;
-    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
-      offset[static_cast<std::size_t>(k)] = window_point(a, k) - x;
-    seen.push_back(static_cast<std::uint16_t>(past_room(x, offset)));
-  }
+  for (const Piece& piece : pieces_near(x))
+    seen.push_back({piece, static_cast<std::uint16_t>(past_room(x, offsets(piece, x)))});
   return seen;
 }
 
 WindowVisibility::SeenPoints WindowVisibility::not_hidden(const glm::dvec3& x, SeenPoints seen,
                                                           const PlacedParts& parts, std::size_t own) const {
-  for (std::size_t w = 0; w < apertures_.size(); ++w) {
-    std::array<glm::dvec3, kWindowPoints * kWindowPoints> direction;
-    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
-      direction[static_cast<std::size_t>(k)] = glm::normalize(window_point(apertures_[w], k) - x);
-    seen[w] &= static_cast<std::uint16_t>(~parts.occluded(x, direction, own));
-  }
+  for (SeenPiece& s : seen)
+    s.points &= static_cast<std::uint16_t>(~parts.occluded(x, directions_of(offsets(s.piece, x)), own));
   return seen;
 }
 
 WindowVisibility::SeenPoints WindowVisibility::past_own(const glm::dvec3& x, SeenPoints seen,
                                                         const SenderSide& side) const {
-  for (std::size_t w = 0; w < apertures_.size(); ++w)
-    for (int k = 0; k < kWindowPoints * kWindowPoints; ++k)
-      if (seen[w] >> k & 1u &&
-          side.visible_cosine(glm::vec3(glm::normalize(window_point(apertures_[w], k) - x))) <= 0.0f)
-        seen[w] &= static_cast<std::uint16_t>(~(1u << k));
+  for (SeenPiece& s : seen) {
+    const Offsets direction = directions_of(offsets(s.piece, x));
+    for (std::size_t k = 0; k < kPoints; ++k)
+      if (s.points >> k & 1u && side.visible_cosine(glm::vec3(direction[k])) <= 0.0f)
+        s.points &= static_cast<std::uint16_t>(~(1u << k));
+  }
   return seen;
 }
 
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const {
-  if (std::ranges::all_of(seen, [](std::uint16_t points) { return points == 0xFFFFu; }))
+  if (std::ranges::all_of(seen, [](const SeenPiece& s) { return s.points == 0xFFFFu; }))
     return 1.0f;
+  std::vector<Piece> pieces;
+  for (const SeenPiece& s : seen)
+    pieces.push_back(s.piece);
   return static_cast<float>(
-      weighted_fraction(x, n, 1.0, [&](std::size_t w, std::span<const glm::dvec3> offsets, const auto& number) {
-        std::uint32_t which = 0;
+      weighted_fraction(pieces, x, n, 1.0, [&](std::size_t p, std::span<const glm::dvec3> offsets, const auto& which) {
+        std::uint32_t bits = 0;
         for (std::size_t k = 0; k < offsets.size(); ++k)
-          which |= (seen[w] >> number[k] & 1u) << k;
-        return which;
+          bits |= (seen[p].points >> which[k] & 1u) << k;
+        return bits;
       }));
 }
 
@@ -124,16 +161,18 @@ std::uint32_t WindowVisibility::past_room(const glm::dvec3& x, std::span<const g
 
 /// V = integral of V cos cos / r^2 over the windows / the same with V = 1.
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const {
-  return static_cast<float>(weighted_fraction(
-      x, n, 1.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) { return past_room(x, offsets); }));
+  return static_cast<float>(
+      weighted_fraction(pieces_near(x), x, n, 1.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+        return past_room(x, offsets);
+      }));
 }
 
 /// The same of what the parts block and the room does not. Only directions towards a part are traced against the room.
 float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                                          std::size_t ignored) const {
   return static_cast<float>(
-      weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
-        const Directions direction = directions_of(offsets);
+      weighted_fraction(pieces_near(x), x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+        const Offsets direction = directions_of(offsets);
         const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
         return covered ? covered & past_room(x, offsets) : 0u;
       }));
@@ -148,9 +187,9 @@ Rgb WindowVisibility::kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, co
       continue;
     Rgb passed(0.0f);
     float ways = 0.0f;
-    const double covers =
-        weighted_fraction(x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
-          const Directions direction = directions_of(offsets);
+    const double covers = weighted_fraction(
+        pieces_near(x), x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+          const Offsets direction = directions_of(offsets);
           const std::span<const glm::dvec3> all(direction.data(), offsets.size());
           std::uint32_t covered = parts.covered(part, x, all, ~0u);
           covered = covered ? covered & ~parts.occluded(x, all) & past_room(x, offsets) : 0u;

@@ -2,6 +2,8 @@
 
 // What of the windows and of the sun a point of the room sees, past the room and, where given, past virtual objects.
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -30,8 +32,17 @@ public:
   /// Fraction of the windows that x sees past the room, weighted by what a uniform sky sends through them; 1 where none
   /// faces x.
   float visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const;
-  /// Of each window the bits of its points that x sees past the room: for points nearby, whatever their normals.
-  using SeenPoints = std::vector<std::uint16_t>;
+  /// A square of the parameters of a window, which sixteen points stand for: all of it, of a near window a part.
+  struct Piece {
+    std::uint32_t window = 0;
+    float s = 0.0f, t = 0.0f, side = 1.0f;
+  };
+  /// Of each piece the bits of its points that x sees past the room: for points nearby, whatever their normals.
+  struct SeenPiece {
+    Piece piece;
+    std::uint16_t points = 0;
+  };
+  using SeenPoints = std::vector<SeenPiece>;
   SeenPoints seen_points(const glm::dvec3& x) const;
   /// Of these, the points that no part but `own` hides.
   SeenPoints not_hidden(const glm::dvec3& x, SeenPoints seen, const PlacedParts& parts, std::size_t own) const;
@@ -53,8 +64,13 @@ public:
   glm::dvec3 sun_direction() const { return sun_[sun_.size() / 2]; }
 
 private:
+  glm::dvec3 point(const Piece& piece, double s, double t) const;
+  std::vector<Piece> pieces_near(const glm::dvec3& x) const;
+  void add_pieces(const Piece& piece, const glm::dvec3& x, std::vector<Piece>& pieces) const;
+  std::array<glm::dvec3, 16> offsets(const Piece& piece, const glm::dvec3& x) const;
   template <class Counts>
-  double weighted_fraction(const glm::dvec3& x, const glm::dvec3& n, double none, Counts counts) const;
+  double weighted_fraction(const std::vector<Piece>& pieces, const glm::dvec3& x, const glm::dvec3& n, double none,
+                           Counts counts) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;
   std::vector<glm::dvec3> sun_; ///< directions

@@ -97,11 +97,14 @@ private:
   std::unordered_map<std::uint64_t, std::uint32_t> middle_; ///< by the edge's vertices
 };
 
-/// Edges at one end of which, or in whose middle, other surfaces of the mesh are much nearer than elsewhere on it.
+/// Edges at one end of which, or in whose middle, other surfaces of the mesh, or the floor below it, are much nearer
+/// than elsewhere on them.
 class NearSurfaces {
 public:
   NearSurfaces(const ObjectMesh& mesh, const RayScene& rays, float radius)
-      : mesh_(mesh), rays_(rays), radius_(radius), directions_(VertexRays(mesh, rays, kRays).directions()) {}
+      : mesh_(mesh), rays_(rays), radius_(radius),
+        floor_(std::ranges::min_element(mesh.positions, {}, &glm::vec3::z)->z),
+        directions_(VertexRays(mesh, rays, kRays).directions()) {}
 
   /// After the mesh changed.
   void find() {
@@ -142,15 +145,20 @@ private:
   }
 
   /// n / sum over the rays of 1 / d, the harmonic mean, which says how fast indirect light changes with the place
-  /// (Ward, Rubinstein & Clear 1988); here of the mesh's own surfaces, others are infinitely far.
+  /// (Ward, Rubinstein & Clear 1988); here of the mesh's own surfaces and of the plane that it stands on.
   float distance(const glm::vec3& position, const glm::vec3& normal) const {
     const glm::mat3 frame = VertexRays::frame(normal);
     const float off = 1e-4f * radius_;
     const glm::vec3 from = rays_.to_local(glm::dvec3(position)) + off * normal;
     float sum = 0.0f;
-    for (const glm::vec3& d : directions_)
-      if (RayHit hit; rays_.closest(from, frame * d, 0.0f, 4.0f * radius_, hit))
+    for (const glm::vec3& d : directions_) {
+      const glm::vec3 w = frame * d;
+      RayHit hit;
+      if (rays_.closest(from, w, 0.0f, 4.0f * radius_, hit))
         sum += 1.0f / std::max(hit.distance, off);
+      else if (w.z < 0.0f)
+        sum += -w.z / std::max(position.z - floor_, off);
+    }
     return sum > 0.0f ? static_cast<float>(directions_.size()) / sum : std::numeric_limits<float>::infinity();
   }
 
@@ -166,7 +174,7 @@ private:
 
   const ObjectMesh& mesh_;
   const RayScene& rays_;
-  float radius_;
+  float radius_, floor_;
   std::vector<glm::vec3> directions_;
   std::vector<float> distance_; ///< of each vertex
   std::set<Places> near_;

@@ -107,6 +107,19 @@ TEST(DivideMesh, vertices_are_close_around_a_joint_and_not_away_from_it) {
   EXPECT_NEAR(area(joined), before, 1e-5 * before);
 }
 
+TEST(DivideMesh, the_sides_of_a_crate_have_vertices_close_above_the_floor) {
+  ObjectMesh crate;
+  add_flat_box(crate, {0, 0, 0.3f}, {1, 1, 1.3f});
+  divide_coarse_mesh(crate);
+  const float radius = 0.5f * std::sqrt(3.0f);
+  const auto inside = [&](float low) { // of a side, above its lower edge
+    return std::ranges::count_if(crate.positions, [&](const glm::vec3& p) {
+      return p.x == 1.0f && p.y > 0.0f && p.y < 1.0f && p.z > low && p.z <= low + radius / 12.0f;
+    });
+  };
+  EXPECT_GE(inside(0.3f), 2 * inside(0.8f));
+}
+
 TEST(DivideMesh, no_edge_is_halved_where_two_surfaces_are_equally_near_everywhere) {
   ObjectMesh plates, one;
   add_flat_box(plates, {0, 0, 0}, {1, 1, 0.02f});
