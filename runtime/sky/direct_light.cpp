@@ -83,7 +83,7 @@ LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun,
   const WindowCone cone(apertures, sphere);
   if (sun) {
     lights.sun_found = true;
-    lights.sun = sample_sun(*sun, cone, std::max(budget / 8, 1));
+    lights.sun = sample_sun(*sun, cone, std::max(budget / 4, 1));
   }
   const WindowSampler sampler(map, cone);
   const int count = std::max(budget - static_cast<int>(lights.sun.size()), 1);

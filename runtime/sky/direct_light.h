@@ -36,7 +36,7 @@ struct LightSet {
   std::size_t size() const { return sky.size() + sun.size(); }
 };
 
-/// `budget` lights in all, of which the sun, when its light can reach the sphere, gets an eighth (at least one).
+/// `budget` lights in all, of which the sun, when its light can reach the sphere, gets a quarter (at least one).
 LightSet sample_lights(const SkyMap& map, const std::optional<DetectedSun>& sun, std::span<const Aperture> apertures,
                        const BoundingSphere& sphere, int budget);
 

@@ -226,7 +226,7 @@ TEST(Sun, lights_carry_its_energy_and_stay_in_its_disc) {
   sun.direction = glm::normalize(glm::dvec3(0.1, 1.0, 0.2));
   sun.normal_irradiance = Rgb(3.0f, 2.0f, 1.0f);
   const LightSet lights = sample_lights(test::overcast_sky(64), sun, test::box_window(), {{2, 2, 1}, 0.3}, 64);
-  ASSERT_EQ(lights.sun.size(), 8u);
+  ASSERT_EQ(lights.sun.size(), 16u);
   EXPECT_EQ(lights.size(), 64u);
   Rgb sum(0.0f);
   for (const DirectionalLight& l : lights.sun) {

@@ -141,7 +141,7 @@ TEST(Renderer, direct_light_with_sun_agrees_with_rays) {
   scene.sun = sun_through_the_window();
   const auto frame = scene.render();
   ASSERT_TRUE(frame) << frame.error().message();
-  ASSERT_EQ(scene.lights.sun.size(), 8u);
+  ASSERT_EQ(scene.lights.sun.size(), 16u);
   const Deviation d = compare_with_rays(scene, *frame);
   EXPECT_LT(d.object, 0.04); // hard shadow edges fall between texels
   EXPECT_LT(d.shadow, 0.08);
