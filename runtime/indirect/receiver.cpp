@@ -132,7 +132,7 @@ LitScene::Sunlight LitScene::sent_by_sunlit(const glm::dvec3& x, const glm::dvec
     for (std::size_t k = 0; k < count; ++k) {
       if (all && seen >> k & 1u)
         sum.all += arriving[k];
-      if (seen & behind & 1u << k)
+      if (seen & behind & 1u << k && parts.between(x, x + offset[k])) // not beyond the point, behind a wall
         sum.hidden += arriving[k];
     }
     count = 0;

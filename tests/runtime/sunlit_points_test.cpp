@@ -82,6 +82,15 @@ TEST(SunlitPoints, are_few_where_no_object_is_near_and_send_the_same_power) {
   EXPECT_NEAR(power(near), power(far), 0.02 * power(far));
 }
 
+TEST(IndirectShadow, an_object_behind_a_sunlit_wall_hides_nothing_of_it) {
+  Surrounded s(0.2f, test::box_window());
+  s.place({2.0, -0.25, 0.5}, 0.0f, sun_from({0.0, 1.0, 0.2}, 100.0f));
+  for (const double y : {0.2, 0.5, 1.0}) {
+    const IndirectChange change = s.at({2.0, y, 0.0});
+    EXPECT_NEAR(change.irradiance.g, 0.0f, 1e-3f * change.before.g) << y;
+  }
+}
+
 TEST(IndirectShadow, takes_no_more_from_a_wall_beside_its_shadow_than_the_wall_has) {
   // The sun lights the floor up to the wall x = 0, and what the volume has of that is too little by half.
   Surrounded s(0.3f, test::box_window());
