@@ -49,7 +49,7 @@ Offsets WindowVisibility::offsets(const Piece& piece, const glm::dvec3& x) const
   return offset;
 }
 
-void WindowVisibility::add_pieces(const Piece& piece, const glm::dvec3& x, std::vector<Piece>& pieces) const {
+void WindowVisibility::add_pieces(const Piece& piece, const glm::dvec3& x, SeenPoints& pieces) const {
   Bounds box;
   for (const auto& [s, t] : {std::pair(0.0, 0.0), {1.0, 0.0}, {0.0, 1.0}, {1.0, 1.0}})
     box.include(point(piece, s, t));
@@ -62,8 +62,8 @@ void WindowVisibility::add_pieces(const Piece& piece, const glm::dvec3& x, std::
     add_pieces({piece.window, piece.s + i, piece.t + j, half}, x, pieces);
 }
 
-std::vector<WindowVisibility::Piece> WindowVisibility::pieces_near(const glm::dvec3& x) const {
-  std::vector<Piece> pieces;
+WindowVisibility::SeenPoints WindowVisibility::pieces_near(const glm::dvec3& x) const {
+  SeenPoints pieces;
   pieces.reserve(apertures_.size());
   for (std::uint32_t w = 0; w < apertures_.size(); ++w)
     add_pieces({.window = w}, x, pieces);
@@ -78,23 +78,22 @@ void WindowVisibility::set_sun(const std::optional<DetectedSun>& detected) {
     sun_.push_back(sun_disc_direction(detected->direction, k, kSunSamples));
 }
 
-/// Fraction of the pieces' points that count, each by cos cos A / r^2; `none` where no window faces x. counts(number of
-/// the piece, offsets, which): bits of the points at these offsets from x; `which` they are of the piece.
+/// Fraction of the pieces' points that count, each by cos cos A / r^2; `none` where no window faces x. counts(piece,
+/// offsets, which): bits of the points at these offsets from x; `which` they are of the piece.
 template <class Counts>
-double WindowVisibility::weighted_fraction(const std::vector<Piece>& pieces, const glm::dvec3& x, const glm::dvec3& n,
+double WindowVisibility::weighted_fraction(const SeenPoints& pieces, const glm::dvec3& x, const glm::dvec3& n,
                                            double none, Counts counts) const {
   double seen = 0.0, all = 0.0;
   Offsets offset;
   std::array<int, kPoints> which{};
   std::array<double, kPoints> weight{};
-  for (std::size_t p = 0; p < pieces.size(); ++p) {
-    const glm::dvec3& inward = apertures_[pieces[p].window].inward;
-    const glm::dvec3 corner = point(pieces[p], 0.0, 0.0);
-    const double area =
-        glm::length(glm::cross(point(pieces[p], 1.0, 0.0) - corner, point(pieces[p], 0.0, 1.0) - corner));
+  for (const Piece& piece : pieces) {
+    const glm::dvec3& inward = apertures_[piece.window].inward;
+    const glm::dvec3 corner = point(piece, 0.0, 0.0);
+    const double area = glm::length(glm::cross(point(piece, 1.0, 0.0) - corner, point(piece, 0.0, 1.0) - corner));
     std::size_t count = 0;
     int number = 0;
-    for (const glm::dvec3& d : offsets(pieces[p], x)) {
+    for (const glm::dvec3& d : offsets(piece, x)) {
       const int k = number++;
       const double r2 = glm::dot(d, d);
       if (glm::dot(n, d) <= 0.0 || glm::dot(inward, d) >= 0.0)
@@ -103,7 +102,7 @@ double WindowVisibility::weighted_fraction(const std::vector<Piece>& pieces, con
       which[count] = k;
       offset[count++] = d;
     }
-    const std::uint32_t bits = count > 0 ? counts(p, std::span<const glm::dvec3>(offset.data(), count), which) : 0u;
+    const std::uint32_t bits = count > 0 ? counts(piece, std::span<const glm::dvec3>(offset.data(), count), which) : 0u;
     for (std::size_t k = 0; k < count; ++k) {
       all += weight[k];
       seen += bits >> k & 1u ? weight[k] : 0.0;
@@ -113,41 +112,38 @@ double WindowVisibility::weighted_fraction(const std::vector<Piece>& pieces, con
 }
 
 WindowVisibility::SeenPoints WindowVisibility::seen_points(const glm::dvec3& x) const {
-  SeenPoints seen;
-  for (const Piece& piece : pieces_near(x))
-    seen.push_back({piece, static_cast<std::uint16_t>(past_room(x, offsets(piece, x)))});
+  SeenPoints seen = pieces_near(x);
+  for (Piece& piece : seen)
+    piece.points = static_cast<std::uint16_t>(past_room(x, offsets(piece, x)));
   return seen;
 }
 
 WindowVisibility::SeenPoints WindowVisibility::not_hidden(const glm::dvec3& x, SeenPoints seen,
                                                           const PlacedParts& parts, std::size_t own) const {
-  for (SeenPiece& s : seen)
-    s.points &= static_cast<std::uint16_t>(~parts.occluded(x, directions_of(offsets(s.piece, x)), own));
+  for (Piece& piece : seen)
+    piece.points &= static_cast<std::uint16_t>(~parts.occluded(x, directions_of(offsets(piece, x)), own));
   return seen;
 }
 
 WindowVisibility::SeenPoints WindowVisibility::past_own(const glm::dvec3& x, SeenPoints seen,
                                                         const SenderSide& side) const {
-  for (SeenPiece& s : seen) {
-    const Offsets direction = directions_of(offsets(s.piece, x));
+  for (Piece& piece : seen) {
+    const Offsets direction = directions_of(offsets(piece, x));
     for (std::size_t k = 0; k < kPoints; ++k)
-      if (s.points >> k & 1u && side.visible_cosine(glm::vec3(direction[k])) <= 0.0f)
-        s.points &= static_cast<std::uint16_t>(~(1u << k));
+      if (piece.points >> k & 1u && side.visible_cosine(glm::vec3(direction[k])) <= 0.0f)
+        piece.points &= static_cast<std::uint16_t>(~(1u << k));
   }
   return seen;
 }
 
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n, const SeenPoints& seen) const {
-  if (std::ranges::all_of(seen, [](const SeenPiece& s) { return s.points == 0xFFFFu; }))
+  if (std::ranges::all_of(seen, [](const Piece& piece) { return piece.points == 0xFFFFu; }))
     return 1.0f;
-  std::vector<Piece> pieces;
-  for (const SeenPiece& s : seen)
-    pieces.push_back(s.piece);
-  return static_cast<float>(
-      weighted_fraction(pieces, x, n, 1.0, [&](std::size_t p, std::span<const glm::dvec3> offsets, const auto& which) {
+  return static_cast<float>(weighted_fraction(
+      seen, x, n, 1.0, [](const Piece& piece, std::span<const glm::dvec3> offsets, const auto& which) {
         std::uint32_t bits = 0;
         for (std::size_t k = 0; k < offsets.size(); ++k)
-          bits |= (seen[p].points >> which[k] & 1u) << k;
+          bits |= (piece.points >> which[k] & 1u) << k;
         return bits;
       }));
 }
@@ -162,7 +158,7 @@ std::uint32_t WindowVisibility::past_room(const glm::dvec3& x, std::span<const g
 /// V = integral of V cos cos / r^2 over the windows / the same with V = 1.
 float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& n) const {
   return static_cast<float>(
-      weighted_fraction(pieces_near(x), x, n, 1.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+      weighted_fraction(pieces_near(x), x, n, 1.0, [&](const Piece&, std::span<const glm::dvec3> offsets, const auto&) {
         return past_room(x, offsets);
       }));
 }
@@ -171,7 +167,7 @@ float WindowVisibility::visible_fraction(const glm::dvec3& x, const glm::dvec3& 
 float WindowVisibility::blocked_fraction(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts,
                                          std::size_t ignored) const {
   return static_cast<float>(
-      weighted_fraction(pieces_near(x), x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+      weighted_fraction(pieces_near(x), x, n, 0.0, [&](const Piece&, std::span<const glm::dvec3> offsets, const auto&) {
         const Offsets direction = directions_of(offsets);
         const std::uint32_t covered = parts.occluded(x, {direction.data(), offsets.size()}, ignored);
         return covered ? covered & past_room(x, offsets) : 0u;
@@ -188,7 +184,7 @@ Rgb WindowVisibility::kept_by_glass(const glm::dvec3& x, const glm::dvec3& n, co
     Rgb passed(0.0f);
     float ways = 0.0f;
     const double covers = weighted_fraction(
-        pieces_near(x), x, n, 0.0, [&](std::size_t, std::span<const glm::dvec3> offsets, const auto&) {
+        pieces_near(x), x, n, 0.0, [&](const Piece&, std::span<const glm::dvec3> offsets, const auto&) {
           const Offsets direction = directions_of(offsets);
           const std::span<const glm::dvec3> all(direction.data(), offsets.size());
           std::uint32_t covered = parts.covered(part, x, all, ~0u);

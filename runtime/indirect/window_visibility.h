@@ -36,13 +36,10 @@ public:
   struct Piece {
     std::uint32_t window = 0;
     float s = 0.0f, t = 0.0f, side = 1.0f;
+    std::uint16_t points = 0xFFFF; ///< bits of those that are seen
   };
-  /// Of each piece the bits of its points that x sees past the room: for points nearby, whatever their normals.
-  struct SeenPiece {
-    Piece piece;
-    std::uint16_t points = 0;
-  };
-  using SeenPoints = std::vector<SeenPiece>;
+  /// What x sees past the room: for points nearby, whatever their normals.
+  using SeenPoints = std::vector<Piece>;
   SeenPoints seen_points(const glm::dvec3& x) const;
   /// Of these, the points that no part but `own` hides.
   SeenPoints not_hidden(const glm::dvec3& x, SeenPoints seen, const PlacedParts& parts, std::size_t own) const;
@@ -65,11 +62,11 @@ public:
 
 private:
   glm::dvec3 point(const Piece& piece, double s, double t) const;
-  std::vector<Piece> pieces_near(const glm::dvec3& x) const;
-  void add_pieces(const Piece& piece, const glm::dvec3& x, std::vector<Piece>& pieces) const;
+  SeenPoints pieces_near(const glm::dvec3& x) const; ///< all of their points
+  void add_pieces(const Piece& piece, const glm::dvec3& x, SeenPoints& pieces) const;
   std::array<glm::dvec3, 16> offsets(const Piece& piece, const glm::dvec3& x) const;
   template <class Counts>
-  double weighted_fraction(const std::vector<Piece>& pieces, const glm::dvec3& x, const glm::dvec3& n, double none,
+  double weighted_fraction(const SeenPoints& pieces, const glm::dvec3& x, const glm::dvec3& n, double none,
                            Counts counts) const;
   const RayScene& rays_;
   std::vector<Aperture> apertures_;

@@ -120,7 +120,7 @@ TEST(DivideMesh, the_sides_of_a_crate_have_vertices_close_above_the_floor) {
   EXPECT_GE(inside(0.3f), 2 * inside(0.8f));
 }
 
-TEST(DivideMesh, no_edge_is_halved_where_two_surfaces_are_equally_near_everywhere) {
+TEST(DivideMesh, a_gap_that_is_everywhere_as_wide_costs_few_vertices) {
   ObjectMesh plates, one;
   add_flat_box(plates, {0, 0, 0}, {1, 1, 0.02f});
   add_flat_box(plates, {0, 0, 0.0202f}, {1, 1, 0.0402f});
