@@ -21,6 +21,7 @@ constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
 constexpr std::size_t kPoints = 128, kCandidates = 64 * kPoints, kReceivers = 1024;
+constexpr double kFewest = 256, kPerM3 = 0.25;              ///< points that look for the air's box: 20 within 3 m
 constexpr double kOutdoors = 0.5;                           ///< of the bounds: with less air the model has outdoors
 constexpr double kOffSurfaces_m = 0.2, kOffSurfaces = 0.04; ///< metres, and of the longest side: the smaller
 
@@ -121,7 +122,8 @@ Result<void> place_points(const Room& room, std::vector<StandingFace> faces, Cal
   auto in_air = points_in_air(room, *rays, apertures->list, calibration.bounds);
   if (!in_air)
     return in_air.error();
-  if (const Bounds air = air_around(room, *rays, apertures->list, *in_air);
+  const double looking = std::max(kFewest, kPerM3 * volume(calibration.bounds));
+  if (const Bounds air = air_around(room, *rays, apertures->list, thinned(*in_air, static_cast<std::size_t>(looking)));
       options.box.empty() && !air.empty() && volume(air) < kOutdoors * volume(calibration.bounds)) {
     calibration.bounds = options.box = air;
     in_air = points_in_air(room, *rays, apertures->list, air);

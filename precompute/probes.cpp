@@ -333,15 +333,17 @@ Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const 
   const GridIndex cells(*grid);
   ProbeSet points;
   points.origin = room.centre();
-  for (const glm::dvec3& p : world_points) {
-    bool in_air = false;
-    for (int ring = 1; ring <= 3 && !in_air; ++ring)
-      cells.near(p, ring, [&](std::size_t i) {
-        in_air = in_air || (grid->valid[i] && open_between(p, world(*grid, i), scene, apertures));
-      });
+  for (const glm::dvec3& p : world_points)
     points.positions.emplace_back(p - points.origin);
-    points.valid.push_back(in_air ? 1 : 0);
-  }
+  points.valid.assign(world_points.size(), 0);
+  parallel_for(std::size_t{0}, world_points.size(), [&](std::size_t k) {
+    const glm::dvec3& p = world_points[k];
+    for (int ring = 1; ring <= 3 && !points.valid[k]; ++ring)
+      cells.near(p, ring, [&](std::size_t i) {
+        if (!points.valid[k] && grid->valid[i] && open_between(p, world(*grid, i), scene, apertures))
+          points.valid[k] = 1;
+      });
+  });
   return points;
 }
 

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "precompute/probes.h"
 #include "radiosity/detail/sampling.h"
 #include "scene/core/parallel.h"
 #include "scene/room/ray_scene.h"
@@ -63,6 +62,7 @@ Result<Bounds> room_around(const Room& room, const glm::dvec3& point) {
 
 Bounds air_around(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                   const std::vector<glm::dvec3>& points) {
+  const ApertureCrossings openings(apertures);
   std::vector<Bounds> seen(points.size());
   parallel_for(std::size_t{0}, points.size(), [&](std::size_t p) {
     for (std::uint32_t k = 0; k < kAirRays; ++k) {
@@ -71,7 +71,7 @@ Bounds air_around(const Room& room, const RayScene& scene, const std::vector<Ape
       const bool met =
           scene.closest(scene.to_local(points[p]), glm::vec3(d), 0.0f, std::numeric_limits<float>::infinity(), hit);
       const double far = met ? static_cast<double>(hit.distance) : glm::length(room.bounds().size());
-      if (!open_between(points[p], points[p] + kBeforeSurface * far * d, scene, apertures))
+      if (openings.met(points[p], d, kBeforeSurface * far).count > 0)
         continue;
       if (!met) {
         seen[p] = room.bounds();

@@ -58,6 +58,9 @@ SizeField::SizeField(const Room& room, const RayScene& rays, std::span<const glm
   const glm::dvec3 size = bounds.size();
   low_ = bounds.min;
   cell_m_ = std::max({size.x, size.y, size.z}) / kCells;
+  cells_ = glm::ivec3(size / cell_m_) + 1;
+  importance_.resize(static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) *
+                     static_cast<std::size_t>(cells_.z));
   std::vector<std::vector<Landing>> walks(kWalks);
   parallel_for(std::uint32_t{0}, kWalks,
                [&](std::uint32_t i) { walks[i] = walk(room, rays, receivers[i % receivers.size()], i); });
@@ -70,7 +73,7 @@ SizeField::SizeField(const Room& room, const RayScene& rays, std::span<const glm
       sum += l.weight;
       sum2 += l.weight * importance_[cell_of(l.point)];
     }
-  for (auto& [cell, weight] : importance_)
+  for (double& weight : importance_)
     weight *= sum / (kUsual * sum2);
 }
 
@@ -82,14 +85,15 @@ double SizeField::at(const glm::dvec3& p) const {
 double SizeField::importance(const glm::dvec3& p) const {
   if (importance_.empty())
     return 1.0;
-  const auto found = importance_.find(cell_of(p));
-  return found == importance_.end() ? 0.0 : found->second;
+  return importance_[cell_of(p)];
 }
 
-std::uint64_t SizeField::cell_of(const glm::dvec3& p) const {
-  std::uint64_t cell = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    cell = cell << 20 | static_cast<std::uint64_t>(std::clamp((p[axis] - low_[axis]) / cell_m_ + 1.0, 0.0, 1e5));
+std::size_t SizeField::cell_of(const glm::dvec3& p) const {
+  std::size_t cell = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double along = std::clamp((p[axis] - low_[axis]) / cell_m_, 0.0, static_cast<double>(cells_[axis] - 1));
+    cell = cell * static_cast<std::size_t>(cells_[axis]) + static_cast<std::size_t>(along);
+  }
   return cell;
 }
 

@@ -3,9 +3,9 @@
 // Where facets may be larger: on surfaces whose light hardly reaches the points at which it is wanted
 // (importance-driven refinement: Smits, Arvo, Salesin 1992).
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
-#include <unordered_map>
+#include <vector>
 
 #include <glm/vec3.hpp>
 
@@ -33,10 +33,11 @@ public:
   double importance(const glm::dvec3& p) const;
 
 private:
-  std::uint64_t cell_of(const glm::dvec3& p) const;
+  std::size_t cell_of(const glm::dvec3& p) const;
 
-  std::unordered_map<std::uint64_t, double> importance_; ///< of the cells that a walk met; empty: one everywhere
+  std::vector<double> importance_; ///< of each cell, 0 where no walk came; empty: one everywhere
   glm::dvec3 low_{0.0};
+  glm::ivec3 cells_{0};
   double cell_m_ = 1;
 };
 

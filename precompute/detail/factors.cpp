@@ -237,17 +237,31 @@ std::vector<float> Factors::remainder(Taken taken, std::span<const float> signs,
 
 namespace {
 
-/// Component k of a cluster to the end of those of its type: the steps of both factors become one scale.
+/// Components of one type of a cluster to the end of them: the steps of both factors become one scale. How many.
 template <class T>
-void append_component(const Factors& f, std::size_t k, Components<T>& out) {
-  const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, f.sources), f.stored[k]),
-                row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), f.stored[k]);
-  out.scale.push_back(source.step * row.step);
-  for (const std::int16_t x : source.integer)
-    out.source_factor.push_back(static_cast<T>(x));
-  for (std::size_t i = 0; i < f.rows / 3; ++i) // from [channel][coefficient] to [coefficient][channel]
-    for (std::size_t c = 0; c < 3; ++c)
-      out.probe_factor.push_back(static_cast<T>(row.integer[c * (f.rows / 3) + i]));
+std::uint32_t append_components(const Factors& f, Stored type, Components<T>& out) {
+  std::vector<std::size_t> of_type;
+  for (std::size_t k = 0; k < f.rank(); ++k)
+    if (f.stored[k] == type)
+      of_type.push_back(k);
+  const std::size_t count = of_type.size(), first = out.scale.size(), first_source = out.source_factor.size(),
+                    first_row = out.probe_factor.size();
+  out.scale.resize(first + count);
+  out.source_factor.resize(first_source + count * f.sources);
+  out.probe_factor.resize(first_row + count * f.rows);
+  parallel_for(std::size_t{0}, count, [&](std::size_t n) {
+    const std::size_t k = of_type[n];
+    const Rounded source = Rounded::source_factor(row_of(f.source_factor, k, f.sources), type),
+                  row = Rounded::row_factor(row_of(f.row_factor, k, f.rows), type);
+    out.scale[first + n] = source.step * row.step;
+    std::ranges::transform(source.integer, out.source_factor.begin() + std::ptrdiff_t(first_source + n * f.sources),
+                           [](std::int16_t x) { return static_cast<T>(x); });
+    T* to = &out.probe_factor[first_row + n * f.rows];
+    for (std::size_t i = 0; i < f.rows / 3; ++i) // from [channel][coefficient] to [coefficient][channel]
+      for (std::size_t c = 0; c < 3; ++c)
+        *to++ = static_cast<T>(row.integer[c * (f.rows / 3) + i]);
+  });
+  return static_cast<std::uint32_t>(count);
 }
 
 } // namespace
@@ -255,14 +269,8 @@ void append_component(const Factors& f, std::size_t k, Components<T>& out) {
 void append_factors(const Factors& f, CompactFactors& out) {
   CompactFactors::Cluster& cluster = out.cluster.back();
   cluster.sources = static_cast<std::uint32_t>(f.sources);
-  for (std::size_t k = 0; k < f.rank(); ++k)
-    if (f.stored[k] == Stored::strong) {
-      append_component(f, k, out.strong);
-      ++cluster.strong;
-    } else {
-      append_component(f, k, out.weak);
-      ++cluster.weak;
-    }
+  cluster.strong = append_components(f, Stored::strong, out.strong);
+  cluster.weak = append_components(f, Stored::weak, out.weak);
 }
 
 } // namespace daylit::precompute::detail

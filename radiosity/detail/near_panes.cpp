@@ -11,8 +11,15 @@ namespace daylit::radiosity {
 namespace {
 
 // Of the width of the pane:
-constexpr double kEdge = 0.25, kReach = 0.125, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 24, kDeepest = 0.5, kInPane = 1e-3;
 constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
+
+double distance_to_corner(const PaneOutline& pane, const glm::dvec3& p) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const glm::dvec3& corner : pane.corners)
+    least = std::min(least, glm::length(p - corner));
+  return least;
+}
 
 } // namespace
 
@@ -35,12 +42,16 @@ bool NearPanes::is_reveal(const PlaneGroup& group, const PaneOutline& pane) {
          std::ranges::all_of(group.triangles, [&](const auto& t) { return std::ranges::all_of(t, beside); });
 }
 
-/// w / 4 within w / 8.
+/// w / 4 within w / 8 of the outline; at a corner, where sill and reveal light each other, the distance to it.
 double NearPanes::edge_m(const glm::dvec3& p, std::size_t group) const {
   double longest = std::numeric_limits<double>::infinity();
-  for (const PaneOutline& pane : panes_[group])
-    if (pane.distance(p) <= kReach * pane.width_m)
-      longest = std::min(longest, kEdge * pane.width_m);
+  for (const PaneOutline& pane : panes_[group]) {
+    const double w = pane.width_m, from_corner = distance_to_corner(pane, p);
+    if (pane.distance(p) <= kReach * w)
+      longest = std::min(longest, kEdge * w);
+    if (from_corner < kEdge * w)
+      longest = std::min(longest, std::max(kAtCorner * w, from_corner));
+  }
   return longest;
 }
 
