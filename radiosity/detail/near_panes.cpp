@@ -11,7 +11,7 @@ namespace daylit::radiosity {
 namespace {
 
 // Of the width of the pane:
-constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 24, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kDeepest = 0.5, kInPane = 1e-3;
 constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
 
 double distance_to_corner(const PaneOutline& pane, const glm::dvec3& p) {

@@ -317,5 +317,16 @@ TEST(ProbeFit, leaves_alone_what_is_nearer_to_a_surface_than_half_a_step) {
     EXPECT_NEAR(after[i], before[i] - 1.0f / 6, 1e-5f) << i; // h^2 f'' / 12
 }
 
+TEST(ProbeFit, takes_nothing_of_a_neighbour_close_above_a_bright_surface) {
+  // Probes 0 to 3 stand 2 cm above a sunlit box, the others beside it at the height of its top.
+  const auto [grid, all, before] = row_of_nine([](int i) { return i < 4 ? 200.0f : 20.0f; });
+  std::vector<float> after = before;
+  const auto off_m = [](std::size_t i) { return i % 9 < 4 ? 0.02 : static_cast<double>(i % 9) - 3.5; };
+  ProbeFit::make(
+      grid, all, [](std::size_t, std::size_t) { return true; }, off_m)
+      .apply(after, 1);
+  EXPECT_EQ(after, before);
+}
+
 } // namespace
 } // namespace daylit::precompute
