@@ -17,9 +17,7 @@ namespace {
 
 constexpr std::size_t kChunk = 256; ///< values of all points at a time
 constexpr std::int64_t kNone = -1;
-/// Of the longest step of a fit: nearer to a surface light is no parabola. A neighbour so near to one that the probe is
-/// far from may see another light altogether: just above a sunlit box, the probe beside it.
-constexpr double kOffSurfaces = 0.5, kNeighbourOff = 0.1;
+constexpr double kOffSurfaces = 1.0; ///< of the longest step of a fit: nearer to a surface light is no parabola
 
 /// Disjoint sets, each named by its smallest member.
 class Parts {
@@ -148,10 +146,8 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
   const ProbePlanes planes(grid);
   const ProbeLinks links(grid, probe_of_point, sees);
   fit.part_ = connected_parts(grid, probe_of_point, sees);
-  std::vector<double> off_m(grid.size(), 0.0);
-  parallel_for(std::size_t{0}, fit.points_,
-               [&](std::size_t p) { off_m[probe_of_point[p]] = off_surfaces_m(probe_of_point[p]); });
   for (std::uint32_t p = 0; p < fit.points_; ++p) {
+    const double off_m = off_surfaces_m(probe_of_point[p]);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto row = links.row(probe_of_point[p], axis);
       if (!row)
@@ -161,8 +157,7 @@ ProbeFit ProbeFit::make(const ProbeSet& grid, std::span<const std::size_t> probe
       };
       const double a = place(1) - place(0), b = place(2) - place(1);
       const auto [to_a, to_b] = step_fractions(a, b);
-      const double step = std::max(a, b), neighbours_off = std::min(off_m[(*row)[0]], off_m[(*row)[2]]);
-      if (off_m[(*row)[1]] >= kOffSurfaces * step && neighbours_off >= kNeighbourOff * step)
+      if (off_m >= kOffSurfaces * std::max(a, b))
         fit.rows_.push_back({p, links.point((*row)[0]), links.point((*row)[2]), to_a, to_b});
     }
   }

@@ -16,7 +16,7 @@ namespace daylit::precompute {
 /// order. Between unequal distances a and b it is (a^2 - a b + b^2) f'' / 12, the mass matrix's answer for a parabola.
 /// The second differences are those of the grid itself, along each axis where a probe sees one on both sides: that of
 /// others, beside a wall, is another function's. What a surface at a distance d sends changes within d, and is no
-/// parabola between probes more than 2 d apart: no fit there.
+/// parabola between probes more than d apart: no fit there.
 class ProbeFit {
 public:
   /// `sees(a, b)`: nothing stands between the neighbouring probes a and b. `off_surfaces_m(probe)`: the distance of the

@@ -305,10 +305,10 @@ TEST(ProbeFit, nothing_passes_between_probes_that_do_not_see_each_other) {
   EXPECT_EQ(values, before);
 }
 
-TEST(ProbeFit, leaves_alone_what_is_nearer_to_a_surface_than_half_a_step) {
+TEST(ProbeFit, leaves_alone_what_is_nearer_to_a_surface_than_a_step) {
   const auto [grid, all, before] = row_of_nine([](int i) { return static_cast<float>(i * i); });
   std::vector<float> after = before;
-  const auto off_m = [](std::size_t i) { return i % 9 == 4 ? 0.49 : 0.51; };
+  const auto off_m = [](std::size_t i) { return i % 9 == 4 ? 0.99 : 1.01; };
   ProbeFit::make(
       grid, all, [](std::size_t, std::size_t) { return true; }, off_m)
       .apply(after, 1);
