@@ -11,7 +11,7 @@ namespace daylit::precompute::detail {
 namespace {
 
 constexpr std::size_t kNeighbours = 180; ///< points that are judged together: what a few rays of one miss, others meet
-constexpr double kNoise = 0.1;           ///< of the mean radiance of a point, that its rays may err by
+constexpr double kNoise = 0.02;          ///< of the mean radiance of a point, that its rays may err by
 constexpr double kMostFans = 16;
 
 } // namespace
