@@ -13,7 +13,7 @@ namespace daylit::radiosity {
 
 /// How long facet edges may be on sills and reveals, whose irradiance from the sky falls off beside the pane: w / 4
 /// within w / 8 of its outline, where w is its width, the shorter side, and at a corner of the outline, where a sill
-/// and a reveal light each other, as long as the distance to the corner, w / 24 at least. Sills and reveals are planes
+/// and a reveal light each other, as long as the distance to the corner, w / 16 at least. Sills and reveals are planes
 /// that stand across a pane and end within w / 2 on its inner side: of a wall that begins at a pane only a small part
 /// lies beside it, and the wall in which a pane lies does not see it.
 class NearPanes {

@@ -242,7 +242,7 @@ TEST(BakeToError, light_where_objects_stand_is_measured_and_near_planes_make_it_
     }
   EXPECT_GT(with, 0.003);
   EXPECT_LT(with, 0.05);
-  EXPECT_LT(with, 0.92 * without) << without; // most is taken from the surfaces themselves, which needs no planes
+  EXPECT_LT(with, 0.95 * without) << without; // most is taken from the surfaces themselves, which needs no planes
 }
 
 struct Row {

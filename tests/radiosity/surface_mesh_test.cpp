@@ -330,6 +330,27 @@ TEST(SurfaceMesh, facets_of_a_sill_are_small_beside_its_pane_and_nowhere_else) {
   EXPECT_EQ(facets_of(*with, 2), facets_of(*without, 2)) << "in the plane of the pane";
 }
 
+TEST(SurfaceMesh, facets_of_a_sill_shorten_towards_the_corners_of_its_pane) {
+  const PaneAndSills s;
+  const auto mesh = mesh_surfaces(s.room, {.edge_m = 2.0, .panes = {&s.pane, 1}});
+  ASSERT_TRUE(mesh);
+  for (const Facet& f : mesh->facets) {
+    if (f.material != 0)
+      continue;
+    double longest = 0, farthest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3 p = f.corner[k] + mesh->origin;
+      longest = std::max(longest, glm::distance(f.corner[k], f.corner[(k + 1) % 3]));
+      farthest = std::max(farthest, std::min(glm::distance(p, {0, 0, 1}), glm::distance(p, {2, 0, 1})));
+    }
+    if (farthest < 0.2) {
+      EXPECT_LE(longest, std::max(1.0 / 16, farthest) + 1e-6);
+    }
+  }
+  EXPECT_LE(longest_on_pane(*mesh), 0.2501);
+  EXPECT_GT(facets_of(*mesh, 0), 30u);
+}
+
 TEST(SurfaceMesh, a_floor_that_begins_at_a_pane_is_no_sill) {
   const PaneAndSills s(0.6);
   const auto without = mesh_surfaces(s.room, {.edge_m = 0.6});
