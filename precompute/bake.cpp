@@ -221,6 +221,10 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   report.regions = partition.size();
   report.regions_stored = static_cast<int>(light->table.columns());
   clock.finish("first bounce");
+  const std::vector<float> direct = white_light(*light, elements->patches.patches.size());
+  if (std::ranges::all_of(direct, [](float e) { return e <= 0.0f; }))
+    return Error{ErrorCode::geometry_invalid, "no daylight comes in: nothing that it would reach sees the sky", "room",
+                 "see that the walls are cut open where the panes are, and that nothing closes them outside"};
   const auto exchange =
       closed_exchange(*problem, file.room, fine ? elements->opening_of_parents(light->rows) : light->table.opening,
                       options, progress, report);
@@ -230,8 +234,7 @@ Result<BasisVolume> bake(const RoomFile& file, const SkyPartition& partition, co
   const ProbePoints points(problem->probes, problem->mesh.origin);
   const ProbeFit fit = fit_of(*problem, points);
   const auto faces = radiosity::WholeFaces::make(file.room, elements->mesh, elements->patches);
-  const auto white = detail::grey_radiosity(problem->patches, *elements, *exchange,
-                                            white_light(*light, elements->patches.patches.size()),
+  const auto white = detail::grey_radiosity(problem->patches, *elements, *exchange, direct,
                                             {.tolerance = options.tolerance}, progress);
   if (!white)
     return white.error();

@@ -21,7 +21,9 @@ constexpr int kGatherRays = 1024;
 constexpr double kCoarser = 1.4; ///< spacing of the coarser calibration bake
 constexpr double kLeast = 1e-6;
 constexpr std::size_t kPoints = 128, kCandidates = 64 * kPoints, kReceivers = 1024;
-constexpr double kFewest = 256, kPerM3 = 0.25;              ///< points that look for the air's box: 20 within 3 m
+constexpr double kFewest = 256, kPerM3 = 0.25;    ///< points that look for the air's box: 20 within 3 m
+constexpr double kSeeds_m = 0.3, kSameAir = 1.02; ///< from panes; a box that grows by less is the air's
+constexpr int kRounds = 8;
 constexpr double kOutdoors = 0.5;                           ///< of the bounds: with less air the model has outdoors
 constexpr double kOffSurfaces_m = 0.2, kOffSurfaces = 0.04; ///< metres, and of the longest side: the smaller
 
@@ -63,6 +65,33 @@ std::vector<glm::dvec3> thinned(const std::vector<glm::dvec3>& points, std::size
   for (std::size_t i = 0; i < points.size(); i += step)
     out.push_back(points[i]);
   return out;
+}
+
+/// The box of the air that openings lead to, from points inside them; then of what points in it see, until it no longer
+/// grows: doors lead on to further rooms.
+Result<Bounds> air_behind(const Room& room, const RayScene& rays, const std::vector<Aperture>& apertures) {
+  Bounds box = air_around(room, rays, apertures, air_seeds(apertures, kSeeds_m));
+  for (int round = 0; round < kRounds && !box.empty(); ++round) {
+    const auto points = points_in_air(room, rays, apertures, box);
+    if (!points)
+      return points.error();
+    Bounds more = air_around(room, rays, apertures, thinned(*points, kPoints));
+    more.include(box.min);
+    more.include(box.max);
+    if (volume(more) <= kSameAir * volume(box))
+      break;
+    box = more;
+  }
+  return box;
+}
+
+/// The box of the air. Where points over all the bounds rarely meet it (a house on a large ground), from the openings.
+Result<Bounds> air_box(const Room& room, const RayScene& rays, const std::vector<Aperture>& apertures,
+                       const Bounds& bounds, const std::vector<glm::dvec3>& in_air) {
+  if (in_air.size() < kPoints)
+    return air_behind(room, rays, apertures);
+  const double looking = std::max(kFewest, kPerM3 * volume(bounds));
+  return air_around(room, rays, apertures, thinned(in_air, static_cast<std::size_t>(looking)));
 }
 
 /// Interpolation error of the audit without the part that the rays of the probes add.
@@ -122,13 +151,21 @@ Result<void> place_points(const Room& room, std::vector<StandingFace> faces, Cal
   auto in_air = points_in_air(room, *rays, apertures->list, calibration.bounds);
   if (!in_air)
     return in_air.error();
-  const double looking = std::max(kFewest, kPerM3 * volume(calibration.bounds));
-  if (const Bounds air = air_around(room, *rays, apertures->list, thinned(*in_air, static_cast<std::size_t>(looking)));
-      options.box.empty() && !air.empty() && volume(air) < kOutdoors * volume(calibration.bounds)) {
-    calibration.bounds = options.box = air;
-    in_air = points_in_air(room, *rays, apertures->list, air);
-    if (!in_air)
-      return in_air.error();
+  if (!options.box.empty() && in_air->empty())
+    return Error{
+        ErrorCode::value_invalid, "no point of the box can be reached from an opening", "--inside or --box",
+        "give a point, or a box, in the air of a room: this one is inside a wall or furniture, outdoors, or in a "
+        "closed room"};
+  if (options.box.empty()) {
+    const auto air = air_box(room, *rays, apertures->list, calibration.bounds, *in_air);
+    if (!air)
+      return air.error();
+    if (!air->empty() && volume(*air) < kOutdoors * volume(calibration.bounds)) {
+      calibration.bounds = options.box = *air;
+      in_air = points_in_air(room, *rays, apertures->list, *air);
+      if (!in_air)
+        return in_air.error();
+    }
   }
   std::erase_if(faces, [&](const StandingFace& f) { return !meet(f.box, calibration.bounds); });
   auto standing = points_above(room, faces, 4 * kPoints);

@@ -61,6 +61,8 @@ public:
     choose_mesh(target, plan.options);
     choose_clusters(target, plan.options);
     choose_grid(target, plan.options);
+    if (const Result<void> fits = check_grid(plan.options); !fits)
+      return fits.error();
     plan.options.sh_order = request_.sh_order.value_or(choose_order(target));
     if (const Result<void> sky = choose_sky(target, plan); !sky)
       return sky.error();
@@ -146,6 +148,14 @@ private:
                      calibration_.grid_error) <= kGridPart * target)
         return;
     }
+  }
+
+  /// Before the planes of a grid that was asked for are made.
+  Result<void> check_grid(const BakeOptions& options) const {
+    if (options.grid.x > 0)
+      return check_probe_count(options.grid);
+    return options.spacing_m > 0 ? check_probe_count(grid_size(calibration_.bounds, options.spacing_m))
+                                 : Result<void>{};
   }
 
   /// Probes of the grid with light of their own, if all were in the air.

@@ -47,11 +47,11 @@ double finer_than(const CalibrationMesh& mesh, const BakeReport& report) {
 }
 
 /// Richardson: with an error e ~ facets^-a, the difference of two meshes is e (ratio^a - 1), e the finer mesh's error.
-/// Against the finest calibration mesh that is clearly coarser; on a mesh no finer than any, the model decides.
+/// Against the coarsest calibration mesh: what it lacks beside facets (its direct light is that of whole patches)
+/// counts least where the ratio is large. On a mesh no finer than that the model decides.
 double estimated_mesh_error(const CalibrationBake& calibration, const BakeReport& report) {
-  for (const CalibrationMesh* mesh : {&calibration.fine, &calibration.coarse})
-    if (const double ratio = finer_than(*mesh, report); ratio > kClearlyFiner)
-      return mesh_difference(mesh->audit, report.audit) / (std::pow(ratio, kCostModel.mesh_exponent) - 1.0);
+  if (const double ratio = finer_than(calibration.coarse, report); ratio > kClearlyFiner)
+    return mesh_difference(calibration.coarse.audit, report.audit) / (std::pow(ratio, kCostModel.mesh_exponent) - 1.0);
   return mesh_error(calibration, calibration.free_facets() * finer_than(calibration.fine, report));
 }
 

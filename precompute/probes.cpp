@@ -29,11 +29,16 @@ constexpr double kOffSurface = 0.9; // of the way to a surface
 constexpr float kWayClear = 0.05f;  // of the smallest spacing: nearer to surfaces a way would end
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
-constexpr double kAuxiliarySpacing = 0.3; // metres, of the grid that decides about free points
+// Of the grid that decides about free points: at most 0.3 of a length unit and a 27th of its longest side, at least a
+// 150th.
+constexpr double kAuxiliarySpacing = 0.3, kAuxiliaryLargest = 0.3 / 8, kAuxiliarySmallest = 1.0 / 150;
+
+constexpr double kDetour = 0.5; // of the longest side: so far may a way lead around points and openings
 
 glm::dvec3 world(const ProbeSet& probes, std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); }
 
-/// Points a hand's breadth inside every aperture.
+} // namespace
+
 std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double step_m) {
   std::vector<glm::dvec3> seeds;
   for (const Aperture& a : apertures) {
@@ -47,6 +52,8 @@ std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double
   }
   return seeds;
 }
+
+namespace {
 
 class GridIndex {
 public:
@@ -178,14 +185,14 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& d
   return {static_cast<int>(planes[0].size()), static_cast<int>(planes[1].size()), static_cast<int>(planes[2].size())};
 }
 
-namespace {
-
-Result<void> check_count(const glm::ivec3& count) {
+Result<void> check_probe_count(const glm::ivec3& count) {
   if (static_cast<double>(count.x) * count.y * count.z <= static_cast<double>(kMaxProbes))
     return {};
   return Error{ErrorCode::limit_exceeded, "the grid would have more than 4 million probes", "probe grid",
                "use a larger --spacing; is the room really in metres?"};
 }
+
+namespace {
 
 /// The coordinates of a graded grid, relative to its origin.
 void take_planes(const Planes& planes, ProbeSet& grid) {
@@ -213,11 +220,11 @@ Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double s
     grid.count[k] = count[k] > 0 ? count[k] : axis_count(span[k], spacing_m);
     grid.spacing[k] = grid.count[k] > 1 ? span[k] / (grid.count[k] - 1) : span[k];
   }
-  if (const Result<void> good = check_count(grid.count); !good)
+  if (const Result<void> good = check_probe_count(grid.count); !good)
     return good.error();
   if (is_graded(density) || std::ranges::any_of(near_surfaces, [](const auto& along) { return !along.empty(); }))
     take_planes(grid_planes(room, count, spacing_m, density, near_surfaces), grid);
-  if (const Result<void> good = check_count(grid.count); !good)
+  if (const Result<void> good = check_probe_count(grid.count); !good)
     return good.error();
   const auto at = [&](int axis, int i) {
     return grid.is_graded() ? grid.planes[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i)]
@@ -321,12 +328,32 @@ void mark_air(ProbeSet& grid, const RayScene& scene, const std::vector<Aperture>
       air.from(p, 1);
 }
 
+namespace {
+
+/// Where a way through the air from an opening to a point may lead: not over all the ground outside.
+Bounds way_bounds(const std::vector<glm::dvec3>& points, const Bounds& room, const std::vector<Aperture>& apertures) {
+  if (apertures.empty())
+    return room;
+  Bounds box;
+  for (const glm::dvec3& p : points)
+    box.include(p);
+  for (const Aperture& a : apertures)
+    for (const glm::dvec3& c : a.corners)
+      box.include(c);
+  const glm::dvec3 size = box.size(), more(kDetour * std::max({size.x, size.y, size.z}));
+  return {glm::max(box.min - more, room.min), glm::min(box.max + more, room.max)};
+}
+
+} // namespace
+
 /// A given point is in the air when an open segment joins it to a probe in the air of an auxiliary grid.
 Result<ProbeSet> make_points(const std::vector<glm::dvec3>& world_points, const Bounds& room, const RayScene& scene,
                              const std::vector<Aperture>& apertures) {
-  const glm::dvec3 size = room.size();
-  Result<ProbeSet> grid =
-      make_grid(room, glm::ivec3(0), std::max(kAuxiliarySpacing, std::max({size.x, size.y, size.z}) / 150));
+  const Bounds box = way_bounds(world_points, room, apertures);
+  const glm::dvec3 size = box.size();
+  const double longest = std::max({size.x, size.y, size.z});
+  Result<ProbeSet> grid = make_grid(
+      box, glm::ivec3(0), std::clamp(kAuxiliarySpacing, kAuxiliarySmallest * longest, kAuxiliaryLargest * longest));
   if (!grid)
     return grid.error();
   mark_air(*grid, scene, apertures);

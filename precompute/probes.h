@@ -24,12 +24,18 @@ glm::ivec3 grid_size(const Bounds& room, double spacing_m, const ProbeDensity& d
 Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m, const ProbeDensity& density,
                    const Planes& near_surfaces);
 
+/// Error limit_exceeded: more than 4 million.
+Result<void> check_probe_count(const glm::ivec3& count);
+
 /// Grid over the room's bounds whose outer probes stand a small margin off the walls.
 /// `count` per axis >= 2, or zero on all axes: the spacing decides (metres, at most `spacing_m` apart). Without a
 /// density the grid is regular; with one it is graded and has as many probes. `near_surfaces` (planes_near()): planes
 /// that it has beside those, which may then be 1.3 times as far apart.
 Result<ProbeSet> make_grid(const Bounds& room, const glm::ivec3& count, double spacing_m,
                            const ProbeDensity& density = {}, const Planes& near_surfaces = {});
+
+/// Points inside every aperture, a part of `step_m` to all of it from the pane.
+std::vector<glm::dvec3> air_seeds(const std::vector<Aperture>& apertures, double step_m);
 
 /// Marks the probes that stand in the air of the room: those that light can reach from the apertures, found by
 /// walking from probe to neighbouring probe along unobstructed segments that cross no aperture. Inside of furniture,

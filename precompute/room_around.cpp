@@ -16,6 +16,7 @@ namespace {
 
 constexpr std::uint32_t kRays = 8192;
 constexpr double kBehindGaps = 0.015;    // of the rays, on each side: what a door or a window lets through
+constexpr float kOnFace = 1e-5f;         // of the room's diagonal
 constexpr double kEnclosed = 0.5;        // of the rays that have to meet something
 constexpr std::uint32_t kAirRays = 256;  // from each point: 20 points within 3 m find a niche of 30 cm
 constexpr double kBeforeSurface = 0.999; // of the way to a hit
@@ -37,6 +38,11 @@ Result<Bounds> room_around(const Room& room, const glm::dvec3& point) {
   const Result<RayScene> scene = RayScene::build(room.vertices, triangles);
   if (!scene)
     return scene.error();
+  if (const auto near = kOnFace * static_cast<float>(glm::length(room.bounds().size()));
+      scene->distance(scene->to_local(point), near) < near)
+    return Error{ErrorCode::value_invalid,
+                 fmt::format("the point ({:g}, {:g}, {:g}) lies on a face", point.x, point.y, point.z), "--inside",
+                 "give a point in the air of a room, in metres"};
   std::array<std::vector<double>, 3> met;
   for (std::uint32_t k = 0; k < kRays; ++k) {
     const glm::dvec3 d = direction(k);

@@ -9,6 +9,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "radiosity/detail/near_edges.h"
 #include "radiosity/detail/near_panes.h"
 #include "radiosity/detail/plane_groups.h"
 #include "radiosity/detail/plane_mesher.h"
@@ -122,6 +123,8 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
                  "give the walls a material whose name does not start with window"};
   if (const Result<void> cut = cut_slats(room, mesh.origin, groups); !cut)
     return cut.error();
+  const double usual_m = std::sqrt(4.5 * total_area(groups) / options.target_facets);
+  add_near_edges(groups, options.near_m, options.edge_m > 0 ? options.edge_m : usual_m);
   const glm::dvec3 size = room.bounds().size();
   const double tolerance_m = kSnapTolerance * std::max({size.x, size.y, size.z});
   std::vector<std::vector<Segment2>> outlines(groups.size());

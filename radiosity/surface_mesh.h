@@ -40,7 +40,10 @@ struct MeshOptions {
   double edge_m = 0;        ///< longest facet edge; 0: chosen so that about target_facets result
   int target_facets = 2000; ///< used when edge_m is 0; beside SurfaceMesh::fixed_facets
   int max_facets = 60000;   ///< more is an Error limit_exceeded, not an endless run
-  SizeField field = {};     ///< where edges may be longer
+  /// Faces that end this close to others without touching them cut those, where it matters to facets of this size
+  /// (add_near_edges()). 0: only those that touch.
+  double near_m = 0;
+  SizeField field = {}; ///< where edges may be longer
   /// Windows: edges are short on the sills and reveals beside them.
   std::span<const Aperture> panes = {};
 };

@@ -33,8 +33,15 @@ Result<void> mark_valid(const Room& room, const RayScene& scene, const std::vect
 /// Given points, or a grid of which the probes in the air are valid.
 Result<ProbeSet> place_probes(const Room& room, const RayScene& scene, const std::vector<Aperture>& apertures,
                               const BakeOptions& options) {
-  if (!options.points.empty())
-    return make_points(options.points, room.bounds(), scene, apertures);
+  if (!options.points.empty()) {
+    Result<ProbeSet> points = make_points(options.points, room.bounds(), scene, apertures);
+    if (points && std::ranges::count(points->valid, 1) == 0)
+      return Error{
+          ErrorCode::value_invalid, "none of the points can be reached from an opening", "--points",
+          "give points in the air of the room, x y z in metres: these are inside a wall or furniture, outdoors, "
+          "or in a closed room"};
+    return points;
+  }
   const Bounds bounds = options.box.empty() ? room.bounds() : options.box;
   Result<ProbeSet> grid = make_grid(bounds, options.grid, options.spacing_m, options.density, options.near_surfaces);
   if (!grid)
@@ -90,6 +97,7 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   p.field = radiosity::SizeField(room, p.room_scene, options.receivers);
   Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m,
                                                                         .target_facets = options.target_facets,
+                                                                        .near_m = options.near_m,
                                                                         .field = p.field,
                                                                         .panes = p.apertures.list});
   if (!mesh)

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "scene/room/courtyard.h"
 #include "scene/room/glass.h"
 #include "scene/room/outlines.h"
 #include "scene/room/polygon.h"
@@ -228,6 +229,7 @@ private:
       if (std::vector<Aperture> hole = open_parts(outline); !hole.empty())
         holes.push_back(std::move(hole));
     keep_outermost(holes);
+    drop_courtyards(holes);
     for (const std::vector<Aperture>& hole : holes)
       for (const Aperture& part : hole) {
         ++found_.report.hole_polygons;
@@ -264,6 +266,19 @@ private:
         holes.erase(holes.begin() + static_cast<std::ptrdiff_t>(i));
     }
     found_.list = known;
+  }
+
+  void drop_courtyards(std::vector<std::vector<Aperture>>& holes) {
+    std::erase_if(holes, [&](const std::vector<Aperture>& hole) {
+      if (!detail::is_over_courtyard(hole, windows_only_, scene_))
+        return false;
+      const glm::dvec3 m = middle(hole[0].corners);
+      found_.report.notes.push_back(fmt::format(
+          "windows look at the sky through the opening at ({:.3g}, {:.3g}, {:.3g}): it is over a courtyard, "
+          "which counts as outdoors",
+          m.x, m.y, m.z));
+      return true;
+    });
   }
 
   static bool is_opening(const std::vector<LineCount>& counts) {

@@ -6,6 +6,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/room/polygon_holes.h"
+
 namespace daylit::detail {
 
 namespace {
@@ -142,7 +144,15 @@ std::optional<TriangleList> triangulate(std::span<const glm::dvec3> corners) {
   points.reserve(corners.size());
   for (const glm::dvec3& p : corners)
     points.push_back(frame.to_plane(p));
-  return EarClipper(std::move(points)).run();
+  const std::vector<std::uint32_t> order = order_against_holes(points);
+  std::vector<glm::dvec2> ordered;
+  for (const std::uint32_t k : order)
+    ordered.push_back(points[k]);
+  std::optional<TriangleList> triangles = EarClipper(std::move(ordered)).run();
+  for (std::size_t t = 0; triangles && t < triangles->size(); ++t)
+    for (std::uint32_t& k : (*triangles)[t])
+      k = order[k];
+  return triangles;
 }
 
 std::vector<glm::dvec3> without_straight_corners(std::span<const glm::dvec3> corners, double tolerance) {

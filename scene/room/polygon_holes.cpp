@@ -1,6 +1,8 @@
 #include "scene/room/polygon_holes.h"
 
 #include <algorithm>
+#include <numeric>
+#include <utility>
 
 #include <glm/geometric.hpp>
 
@@ -70,6 +72,65 @@ private:
 };
 
 } // namespace
+
+namespace {
+
+using Flat = std::vector<glm::dvec2>;
+
+double signed_area(std::span<const glm::dvec2> loop) {
+  double sum = 0;
+  for (std::size_t k = 1; k + 1 < loop.size(); ++k)
+    sum += 0.5 * turn(loop[0], loop[k], loop[k + 1]);
+  return sum;
+}
+
+/// By the parity of the edges to the right of it.
+bool is_inside(const glm::dvec2& p, std::span<const glm::dvec2> loop) {
+  bool inside = false;
+  for (std::size_t k = 0; k < loop.size(); ++k) {
+    const glm::dvec2 &a = loop[k], &b = loop[(k + 1) % loop.size()];
+    if ((a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x))
+      inside = !inside;
+  }
+  return inside;
+}
+
+/// Turns the loop [first, last] of the corners round, which begins and ends with the same one, if it is a hole in the
+/// others and runs as they do.
+void turn_hole(std::vector<std::uint32_t>& order, std::size_t first, std::size_t last,
+               std::span<const glm::dvec2> corners) {
+  Flat hole, rest;
+  for (std::size_t k = 0; k < order.size(); ++k)
+    (k >= first && k <= last ? hole : rest).push_back(corners[order[k]]);
+  if (signed_area(hole) * signed_area(rest) > 0.0 && is_inside(hole[0], rest))
+    std::reverse(order.begin() + static_cast<std::ptrdiff_t>(first),
+                 order.begin() + static_cast<std::ptrdiff_t>(last) + 1);
+}
+
+} // namespace
+
+std::vector<std::uint32_t> order_against_holes(std::span<const glm::dvec2> corners) {
+  const std::size_t n = corners.size();
+  std::vector<std::uint32_t> order(n);
+  std::iota(order.begin(), order.end(), 0u);
+  // Calls visit(first, last) for each loop between a seam.
+  const auto each_loop = [&](const auto& visit) {
+    const auto at = [&](std::size_t k) { return corners[order[k % n]]; };
+    for (std::size_t i = 0; i + 4 < n; ++i)
+      for (std::size_t j = i + 3; j < n; ++j)
+        if (at(j) == at(i + 1) && at(j + 1) == at(i))
+          visit(i + 1, j);
+  };
+  bool any = false;
+  each_loop([&](std::size_t, std::size_t) { any = true; });
+  if (!any)
+    return order;
+  // From the corner furthest along an axis, which is none of a hole's.
+  const auto outermost = std::ranges::max_element(corners, {}, [](const glm::dvec2& p) { return std::pair(p.x, p.y); });
+  std::ranges::rotate(order, order.begin() + (outermost - corners.begin()));
+  each_loop([&](std::size_t first, std::size_t last) { turn_hole(order, first, last, corners); });
+  return order;
+}
 
 std::optional<std::vector<glm::dvec3>> bridged_outline(const Loop& outline, std::vector<Loop> holes) {
   const glm::dvec3 normal = newell_normal(outline);

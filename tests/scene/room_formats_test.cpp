@@ -67,6 +67,22 @@ TEST(RoomFormats, wall_with_a_window_cut_by_a_bridge_keeps_its_area) {
   EXPECT_NEAR(total_area(wall->room), 11.0, 1e-12);
 }
 
+TEST(RoomFormats, hole_at_a_seam_is_open_whichever_way_it_is_wound) {
+  // Radiance fills by parity. The hole wound as the outline, the outline begun at the hole, and two such holes.
+  const std::string wall = "v 0 0 0\nv 4 0 0\nv 4 0 3\nv 0 0 3\nv 1 0 1\nv 2 0 1\nv 2 0 2\nv 1 0 2\n"
+                           "v 2.5 0 1\nv 3 0 1\nv 3 0 2\nv 2.5 0 2\n";
+  const std::pair<const char*, double> faces[] = {{"f 1 2 3 4 1 5 6 7 8 5\n", 11.0},
+                                                  {"f 5 6 7 8 5 1 2 3 4 1\n", 11.0},
+                                                  {"f 4 3 2 1 5 8 7 6 5 1\n", 11.0},
+                                                  {"f 1 5 6 7 8 5 1 2 9 10 11 12 9 2 3 4\n", 10.5},
+                                                  {"f 1 5 8 7 6 5 1 2 9 10 11 12 9 2 3 4\n", 10.5}};
+  for (const auto& [face, area] : faces) {
+    const auto file = parse(wall + face);
+    ASSERT_TRUE(file) << face << file.error().message();
+    EXPECT_NEAR(total_area(file->room), area, 1e-12) << face;
+  }
+}
+
 TEST(RoomFormats, corner_on_a_straight_edge_gives_no_flat_triangle) {
   const auto file = parse("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4 5 6\n");
   ASSERT_TRUE(file);
