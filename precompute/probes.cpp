@@ -29,10 +29,8 @@ constexpr double kOffSurface = 0.9; // of the way to a surface
 constexpr float kWayClear = 0.05f;  // of the smallest spacing: nearer to surfaces a way would end
 constexpr std::size_t kMaxProbes = 4'000'000;
 constexpr std::size_t kMaxPointsFile_bytes = std::size_t{1} << 30;
-// Of the grid that decides about free points: at most 0.3 of a length unit and a 27th of its longest side, at least a
-// 150th.
+// Of the grid that decides about free points: units, and parts of its longest side.
 constexpr double kAuxiliarySpacing = 0.3, kAuxiliaryLargest = 0.3 / 8, kAuxiliarySmallest = 1.0 / 150;
-
 constexpr double kDetour = 0.5; // of the longest side: so far may a way lead around points and openings
 
 glm::dvec3 world(const ProbeSet& probes, std::size_t i) { return probes.origin + glm::dvec3(probes.positions[i]); }

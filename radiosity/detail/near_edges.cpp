@@ -17,7 +17,7 @@ namespace {
 
 // Of the edges of facets.
 constexpr double kNear = 0.25;
-constexpr double kLong = 0.5;
+constexpr double kLong = 1.0;
 constexpr double kThere = 1.0 / 16;
 
 using Edge = std::array<glm::dvec3, 2>;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "precompute/detail/sun_metric.h"
+#include "precompute/planned_bake.h"
+#include "precompute/probes.h"
 #include "precompute/room_around.h"
 #include "precompute/room_frame.h"
 #include "tests/scene/test_rooms.h"
@@ -34,6 +36,9 @@ TEST(RoomAround, ends_at_the_walls_and_not_behind_the_door) {
     }
   }
   EXPECT_FALSE(room_around(two_rooms(), {20, 20, 20}));
+  const auto on_floor = room_around(two_rooms(), {2, 2, 0});
+  ASSERT_FALSE(on_floor);
+  EXPECT_NE(on_floor.error().message().find("lies on a face"), std::string::npos);
 }
 
 TEST(AirAround, is_the_building_without_its_ground_and_all_of_the_model_where_a_point_stands_outdoors) {
@@ -70,6 +75,71 @@ TEST(Box, has_all_probes_and_they_are_in_the_air_without_an_opening_beside_them)
       EXPECT_GE(volume->probes.origin[axis] + double(p[axis]), options.box.min[axis] - 1e-6);
       EXPECT_LE(volume->probes.origin[axis] + double(p[axis]), options.box.max[axis] + 1e-6);
     }
+}
+
+/// Two rooms on 300 m of ground, of which points all over it hardly meet the air.
+Room on_large_ground() {
+  test::RoomBuilder b;
+  b.room = two_rooms();
+  b.quad({-150, -150, -0.1}, {150, -150, -0.1}, {150, 150, -0.1}, {-150, 150, -0.1}, 0);
+  return b.room;
+}
+
+TEST(LargeGround, points_in_the_house_are_in_the_air) {
+  const Room room = on_large_ground();
+  const RayScene scene = *RayScene::build(room);
+  const auto points = make_points({{2, 2, 1}, {3.8, 7.8, 0.2}, {2, 2, 3.5}, {20, 20, 1}}, room.bounds(), scene,
+                                  find_apertures(room, scene)->list);
+  ASSERT_TRUE(points) << points.error().message();
+  EXPECT_EQ(points->valid, (std::vector<std::uint8_t>{1, 1, 0, 0}));
+}
+
+Result<PlannedBake> bake_asked(const Room& room, const PlanRequest& asked) {
+  PlanRequest request = asked;
+  request.max_error = 0.1;
+  return bake_to_error(
+      {room, {}, "room"}, request, nullptr, [](const std::string&, double) { return true; }, [](const std::string&) {});
+}
+
+TEST(LargeGround, probes_stand_in_the_house_alone) {
+  const auto baked = bake_asked(on_large_ground(), {});
+  ASSERT_TRUE(baked) << baked.error().message();
+  EXPECT_EQ(baked->measured.rooms.size(), 2u);
+  const auto& probes = baked->volume.probes;
+  for (const glm::vec3& p : probes.positions)
+    for (int axis = 0; axis < 2; ++axis) {
+      EXPECT_GE(probes.origin[axis] + double(p[axis]), -1e-3);
+      EXPECT_LE(probes.origin[axis] + double(p[axis]), (axis == 0 ? 4.0 : 8.0) + 1e-3);
+    }
+  EXPECT_GT(std::ranges::count(probes.valid, 1), 500);
+}
+
+TEST(Box, without_air_or_light_says_so) {
+  const auto expect_error = [](const Result<PlannedBake>& baked, const char* part) {
+    ASSERT_FALSE(baked) << part;
+    EXPECT_NE(baked.error().message().find(part), std::string::npos) << baked.error().message();
+  };
+  test::RoomBuilder b;
+  b.room = two_rooms();
+  b.box({1, 1, 1}, {2, 2, 1.1}, 0); // a table's board
+  PlanRequest in_board, points_in_board;
+  in_board.box = {{1.01, 1.01, 1.01}, {1.99, 1.99, 1.09}};
+  points_in_board.points = {{1.5, 1.5, 1.05}};
+  expect_error(bake_asked(b.room, in_board), "no point of the box can be reached");
+  expect_error(bake_asked(b.room, points_in_board), "none of the points can be reached");
+  // A pane 5 mm before a wall that was not cut open.
+  test::RoomBuilder closed;
+  closed.box({0, 0, 0}, {4, 4, 3}, closed.material("wall"));
+  closed.quad({1, 0.005, 1}, {3, 0.005, 1}, {3, 0.005, 2}, {1, 0.005, 2}, closed.material("window"));
+  expect_error(bake_asked(closed.room, {}), "no daylight comes in");
+}
+
+TEST(Grid, of_too_many_probes_is_refused_before_it_is_laid_out) {
+  PlanRequest fine;
+  fine.spacing_m = 1e-4;
+  const auto baked = bake_asked(two_rooms(), fine);
+  ASSERT_FALSE(baked);
+  EXPECT_NE(baked.error().message().find("4 million probes"), std::string::npos);
 }
 
 /// Sources 0 .. 5, node j lights sources j mod 6 and (j + 1) mod 6.
