@@ -137,8 +137,14 @@ Error with_offer(Error refusal, const RoomFile& room, const CalibrationBake& cal
     const auto needed = plan ? memory_of(room, *plan, progress) : Result<double>(plan.error());
     if (needed && *needed <= request.memory_bytes) {
       refusal.hint = format("--max-error %.2g needs %.2g GB; ", 100 * request.max_error, *needed / 1e9) + refusal.hint;
-      break;
+      return refusal;
     }
+  }
+  if (calibration.rooms.size() > 1 && !calibration.rooms[0].points.empty()) {
+    const glm::dvec3 p = calibration.rooms[0].points[0];
+    refusal.hint =
+        format("--inside %.3g,%.3g,%.3g bakes one of its %zu rooms; ", p.x, p.y, p.z, calibration.rooms.size()) +
+        refusal.hint;
   }
   return refusal;
 }

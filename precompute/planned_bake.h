@@ -30,6 +30,10 @@ Measured measured_error(const CalibrationBake& calibration, const BakeReport& re
 /// The calibration bake as it would have been had it known what a bake by `plan` measured.
 CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report);
 
+/// In each room the 95th percentile is at most what was asked under smooth skies, and twice that under suns. False
+/// without rooms.
+bool all_met(const Plan& plan, const Measured& measured);
+
 /// Lines for a person, after the bake.
 std::string to_text(const Plan& plan, const Measured& measured);
 /// The part of it that warns: empty where the error is as wanted.

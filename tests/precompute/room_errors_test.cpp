@@ -249,7 +249,31 @@ TEST(Measured, is_warned_of_where_it_is_above_what_was_asked_for_and_under_suns_
   };
   EXPECT_EQ(told(0.02, 0.04), "");
   EXPECT_NE(told(0.04, 0.03).find("--max-error 1 may reach"), std::string::npos);
-  EXPECT_EQ(told(0.01, 0.05).find("note       under a small sun"), 0u);
+  EXPECT_EQ(told(0.01, 0.05).find("note       under small suns"), 0u);
+}
+
+TEST(Measured, is_judged_by_the_room_that_misses_most) {
+  Plan plan;
+  plan.max_error = 0.02;
+  Measured m;
+  m.total = m.sun = 0.09; // of coefficients, over all points
+  for (const auto& [x, smooth, sun] : {std::array{1.0, 0.019, 0.039}, std::array{5.0, 0.01, 0.02}}) {
+    Measured::OfRoom& room = m.rooms.emplace_back();
+    room.box = {glm::dvec3(x - 1, 0, 0), glm::dvec3(x + 1, 2, 2)};
+    room.errors.smooth.percentile95 = smooth;
+    room.errors.sun.percentile95 = sun;
+  }
+  EXPECT_EQ(missed_text(plan, m), "");
+  EXPECT_TRUE(all_met(plan, m));
+  EXPECT_FALSE(all_met(plan, Measured{}));
+  m.rooms[1].errors.smooth.percentile95 = 0.08;
+  EXPECT_FALSE(all_met(plan, m));
+  m.rooms[0].errors.sun.percentile95 = 0.05;
+  const std::string text = missed_text(plan, m);
+  EXPECT_NE(text.find("in the room around 5.00,1.00,1.00 is 8 %"), std::string::npos) << text;
+  EXPECT_NE(text.find("--max-error 0.5 may reach"), std::string::npos) << text;
+  EXPECT_NE(text.find("under small suns the error in the room around 1.00,1.00,1.00 is 5 %"), std::string::npos)
+      << text;
 }
 
 TEST(RoomErrors, of_a_bake_are_told_room_by_room_in_the_coordinates_of_the_model) {
