@@ -216,23 +216,22 @@ TEST(Aperture, light_from_the_house_across_the_street_is_no_escape) {
   EXPECT_EQ(found->report.unexplained_escape, 0.0);
 }
 
-/// A room of 4 x 5 x 3 m with a pane to a court of 4 x 4 x 8 m, over which is `roof`: a hole of that side, 0 none.
-Room room_on_a_court(double roof) {
+/// A room of 4 x 5 x 3 m with a pane to a space of 4 x 4 m that is `high`, with a square hole in its roof.
+Room room_on_a_court(double high, double hole) {
   RoomBuilder b = room_with_hole();
   b.quad({1, 0, 1}, {3, 0, 1}, {3, 0, 2}, {1, 0, 2}, b.material("window"));
   b.box({0, -4, 0}, {4, 0, 3}, 0, 1u | 2u | 4u | 16u);
-  b.box({0, -4, 3}, {4, 0, 8}, 0, 1u | 2u | 4u | 8u);
-  const double low = 2 - 0.5 * roof, high = 2 + 0.5 * roof;
-  for (const auto& [x0, x1, y0, y1] :
-       {std::array{0.0, 4.0, -4.0, low - 4}, std::array{0.0, 4.0, high - 4, 0.0},
-        std::array{0.0, low, low - 4, high - 4}, std::array{high, 4.0, low - 4, high - 4}})
+  b.box({0, -4, 3}, {4, 0, high}, 0, 1u | 2u | 4u | 8u);
+  const double from = 2 - 0.5 * hole, to = 2 + 0.5 * hole;
+  for (const auto& [x0, x1, y0, y1] : {std::array{0.0, 4.0, -4.0, from - 4}, std::array{0.0, 4.0, to - 4, 0.0},
+                                       std::array{0.0, from, from - 4, to - 4}, std::array{to, 4.0, from - 4, to - 4}})
     if (x1 > x0 && y1 > y0)
-      b.quad({x0, y0, 8}, {x1, y0, 8}, {x1, y1, 8}, {x0, y1, 8}, 0);
+      b.quad({x0, y0, high}, {x1, y0, high}, {x1, y1, high}, {x0, y1, high}, 0);
   return b.room;
 }
 
 TEST(Aperture, a_courtyard_is_outdoors_and_a_room_with_an_open_skylight_is_not) {
-  const auto court = find(room_on_a_court(4.0)), skylight = find(room_on_a_court(1.5));
+  const auto court = find(room_on_a_court(8.0, 4.0)), skylight = find(room_on_a_court(3.5, 1.5));
   ASSERT_TRUE(court && skylight);
   EXPECT_EQ(court->report.window_polygons, 1);
   EXPECT_EQ(court->report.hole_polygons, 0);
