@@ -141,7 +141,9 @@ Error with_offer(Error refusal, const RoomFile& room, const CalibrationBake& cal
     }
   }
   if (calibration.rooms.size() > 1 && !calibration.rooms[0].points.empty()) {
-    const glm::dvec3 p = calibration.rooms[0].points[0];
+    const RoomPoints& largest = calibration.rooms[0];
+    const glm::dvec3 p = *std::ranges::min_element(
+        largest.points, {}, [&](const glm::dvec3& q) { return glm::distance(q, largest.box.centre()); });
     refusal.hint =
         format("--inside %.3g,%.3g,%.3g bakes one of its %zu rooms; ", p.x, p.y, p.z, calibration.rooms.size()) +
         refusal.hint;

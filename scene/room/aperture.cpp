@@ -38,11 +38,6 @@ std::array<double, 4> quasi_random(int i) {
   return p;
 }
 
-glm::dvec3 cosine_direction(const detail::PlaneFrame& frame, double s, double t) {
-  const double radius = std::sqrt(s), angle = 2.0 * std::numbers::pi * t;
-  return radius * std::cos(angle) * frame.u + radius * std::sin(angle) * frame.v + std::sqrt(1.0 - s) * frame.n;
-}
-
 /// Uniform points of a convex polygon.
 class ConvexSampler {
 public:
@@ -129,7 +124,7 @@ private:
       if (i == kFirstLines && count.joins[0] + count.joins[1] == 0)
         break;
       const std::array<double, 4> x = quasi_random(i);
-      add_line(sampler.sample(x[0], x[1]), cosine_direction(frame, x[2], x[3]), part.normal, count);
+      add_line(sampler.sample(x[0], x[1]), frame.cosine_direction(x[2], x[3]), part.normal, count);
     }
     return count;
   }
@@ -304,7 +299,7 @@ private:
       glm::dvec3 p = ConvexSampler(start.corners).sample(x[0], x[1]) + start_m_ * start.inward, normal = start.inward;
       for (int bounce = 0; bounce < kWalkRays; ++bounce) {
         x = quasi_random(kWalkRays * i + bounce);
-        const glm::dvec3 d = cosine_direction(detail::PlaneFrame::make(p, normal), x[2], x[3]);
+        const glm::dvec3 d = detail::PlaneFrame::make(p, normal).cosine_direction(x[2], x[3]);
         RayHit hit;
         ++rays;
         if (!scene_.closest(scene_.to_local(p), glm::vec3(d), 0.0f, kFar, hit)) {

@@ -17,13 +17,6 @@ constexpr double kFromAbove = 0.7, kThrough = 0.01, kOpen = 0.5;
 constexpr int kRays = 512, kAround = 64;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-/// By the cosine about the frame's normal; points of the plastic number (Roberts 2018).
-glm::dvec3 direction(int i, const PlaneFrame& frame) {
-  const double s = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
-               angle = 2.0 * std::numbers::pi * std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
-  return std::sqrt(s) * (std::cos(angle) * frame.u + std::sin(angle) * frame.v) + std::sqrt(1.0 - s) * frame.n;
-}
-
 glm::dvec3 middle(const Aperture& a) {
   glm::dvec3 sum(0.0);
   for (const glm::dvec3& c : a.corners)
@@ -61,7 +54,9 @@ double seen_through(const std::vector<Aperture>& hole, const Aperture& window, c
   const auto frame = PlaneFrame::make(from, -window.inward);
   int through = 0;
   for (int i = 0; i < kRays; ++i) {
-    const glm::dvec3 d = direction(i, frame);
+    // Points of the plastic number (Roberts 2018).
+    const glm::dvec3 d = frame.cosine_direction(std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
+                                                std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0));
     int crossed = 0;
     aperture_transmittance(hole, from, d, std::numeric_limits<double>::infinity(), &crossed);
     if (crossed > 0 && !scene.occluded(scene.to_local(from), glm::vec3(d), 0.0f, kFar))

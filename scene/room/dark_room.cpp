@@ -21,9 +21,7 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 glm::dvec3 direction(int i, const glm::dvec3& normal) {
   const double s = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
                t = std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
-  const auto frame = detail::PlaneFrame::make(glm::dvec3(0.0), normal);
-  const double radius = std::sqrt(s), angle = 2.0 * std::numbers::pi * t;
-  return radius * std::cos(angle) * frame.u + radius * std::sin(angle) * frame.v + std::sqrt(1.0 - s) * normal;
+  return detail::PlaneFrame::make(glm::dvec3(0.0), normal).cosine_direction(s, t);
 }
 
 } // namespace

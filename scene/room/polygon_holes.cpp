@@ -71,10 +71,6 @@ private:
   const PlaneFrame& frame_;
 };
 
-} // namespace
-
-namespace {
-
 using Flat = std::vector<glm::dvec2>;
 
 double signed_area(std::span<const glm::dvec2> loop) {

@@ -1,9 +1,11 @@
 // Light only where it is asked for: the room around a point, a box, and the sketch that keeps a building's sky small.
 
 #include <cmath>
+#include <cstdio>
 
 #include <gtest/gtest.h>
 
+#include "precompute/cheaper_bake.h"
 #include "precompute/detail/sun_metric.h"
 #include "precompute/planned_bake.h"
 #include "precompute/probes.h"
@@ -86,10 +88,16 @@ Room on_large_ground() {
 }
 
 TEST(LargeGround, points_in_the_house_are_in_the_air) {
-  const Room room = on_large_ground();
+  // In the frame of the bake, whose longest side is 8 units.
+  Room room = on_large_ground();
+  constexpr double kUnit = 8.0 / 300.0;
+  for (glm::dvec3& v : room.vertices)
+    v *= kUnit;
   const RayScene scene = *RayScene::build(room);
-  const auto points = make_points({{2, 2, 1}, {3.8, 7.8, 0.2}, {2, 2, 3.5}, {20, 20, 1}}, room.bounds(), scene,
-                                  find_apertures(room, scene)->list);
+  std::vector<glm::dvec3> at{{2, 2, 1}, {3.8, 7.8, 0.2}, {2, 2, 3.5}, {20, 20, 1}};
+  for (glm::dvec3& p : at)
+    p *= kUnit;
+  const auto points = make_points(at, room.bounds(), scene, find_apertures(room, scene)->list);
   ASSERT_TRUE(points) << points.error().message();
   EXPECT_EQ(points->valid, (std::vector<std::uint8_t>{1, 1, 0, 0}));
 }
@@ -132,6 +140,22 @@ TEST(Box, without_air_or_light_says_so) {
   closed.box({0, 0, 0}, {4, 4, 3}, closed.material("wall"));
   closed.quad({1, 0.005, 1}, {3, 0.005, 1}, {3, 0.005, 2}, {1, 0.005, 2}, closed.material("window"));
   expect_error(bake_asked(closed.room, {}), "no daylight comes in");
+}
+
+TEST(Building, that_fits_at_no_error_is_offered_one_of_its_rooms) {
+  const RoomFile room{two_rooms(), {}, "two rooms"};
+  const Progress quiet = [](const std::string&, double) { return true; };
+  PlanRequest request;
+  request.max_error = 0.1;
+  const auto planned = plan_bake(room, request, quiet);
+  ASSERT_TRUE(planned) << planned.error().message();
+  request.memory_bytes = 1e6;
+  const Error offer = with_offer({ErrorCode::limit_exceeded, "too large", "--memory", "else"}, room,
+                                 planned->calibration, request, quiet);
+  double x = 0, y = 0, z = 0;
+  ASSERT_EQ(std::sscanf(offer.hint.c_str(), "--inside %lf,%lf,%lf bakes one of its 2 rooms; else", &x, &y, &z), 3)
+      << offer.hint;
+  EXPECT_TRUE(room_around(room.room, {x, y, z}));
 }
 
 TEST(Grid, of_too_many_probes_is_refused_before_it_is_laid_out) {
