@@ -22,6 +22,7 @@ namespace {
 struct Arguments {
   std::vector<std::string> rooms, cases;
   std::filesystem::path folder;
+  int points = 0; ///< 0: each place's own
   MeasureSettings measure;
 };
 
@@ -144,9 +145,12 @@ Result<void> measure(const Arguments& a, const std::vector<RealRoom>& rooms, con
 }
 
 Result<void> run(const Arguments& a, const CommonOptions& options) {
-  const auto rooms = chosen(a.rooms);
+  auto rooms = chosen(a.rooms);
   if (!rooms)
     return rooms.error();
+  for (RealRoom& room : *rooms)
+    for (Place& place : room.places)
+      place.points = a.points > 0 ? a.points : place.points;
   const bool only_write = !a.folder.empty();
   const auto list = write_rooms(*rooms, only_write ? a.folder : a.measure.folder, only_write && !options.json);
   if (!list)
@@ -175,6 +179,8 @@ Command add_rooms(CLI::App& program) {
   parser->add_option("--folder", m.folder, "for models, volumes, logs and the reference, which is kept")
       ->capture_default_str();
   parser->add_option("--limit", m.limit_s, "seconds that a bake may take")->capture_default_str();
+  parser->add_option("--points-per-place", arguments->points, "where light is compared (default: 24 to 64)")
+      ->check(CLI::Range(1, 10000));
   parser->add_option("--samples", m.truth.samples, "paths per point and axis of the reference")
       ->check(CLI::Range(kBatches, 1 << 22))
       ->capture_default_str();

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "precompute/adaptive_sky.h"
 #include "precompute/check_command.h"
@@ -276,12 +277,8 @@ void add_probe_options(CLI::App& app, Arguments& a) {
       ->excludes(spacing);
 }
 
-} // namespace
-
 /// Options of a bake; `check` has its own (check_command).
-int main(int argc, char** argv) {
-  radiosity::use_matrix_kernels_of_this_processor(argv);
-  watch_for_interrupt(); // first: an interrupt may come at once
+int run_command(int argc, char** argv) {
   if (argc > 1 && std::string_view(argv[1]) == "check")
     return precompute::check_command(argc - 1, argv + 1);
   Arguments a;
@@ -340,4 +337,19 @@ int main(int argc, char** argv) {
     return *code;
   const PromptExit at_interrupt; // what a bake has done is in its checkpoint
   return run_program("daylit-precompute", a.json, [&] { return run(a); });
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  radiosity::use_matrix_kernels_of_this_processor(argv);
+  watch_for_interrupt(); // first: an interrupt may come at once
+  const int code = run_command(argc, argv);
+  // Where a limit leaves nothing, the threads of OpenBLAS did not start, and the end of the process would wait for
+  // them.
+  if (!precompute::allowed_memory(0)) {
+    std::fflush(nullptr);
+    ::_exit(code);
+  }
+  return code;
 }

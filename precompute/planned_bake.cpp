@@ -184,8 +184,13 @@ Result<PlannedBake> bake_planned(const RoomFile& room, BakePlan planned, radiosi
   // Once more, with the cost model tied to what was measured. A target that is now out of reach, or far more work than
   // was announced, leaves the first result.
   const auto better = make_plan(corrected(out.calibration, out.plan, out.report), request);
-  if (!better || !worth_a_second_bake(out.plan, *better))
+  if (!better || !worth_a_second_bake(out.plan, *better)) {
+    announce("note       no second bake: " +
+             (better && better->predicted.total <= request.max_error
+                  ? format("its file would be more than %.2g times as large\n", kMostGrowth)
+                  : std::string("what this one missed is out of reach\n")));
     return out;
+  }
   if (request.memory_bytes > 0)
     if (const auto needed = memory_of(room, *better, progress); !needed || *needed > request.memory_bytes)
       return out;

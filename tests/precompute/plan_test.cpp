@@ -103,9 +103,10 @@ TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
     const Result<Plan> plan = make_plan(calibration, request);
     ASSERT_FALSE(plan) << target;
     EXPECT_EQ(plan.error().code, ErrorCode::value_invalid);
-    const std::size_t at = plan.error().what.find("the smallest is ");
+    EXPECT_EQ(plan.error().hint, target >= 1 ? "give a smaller one" : "give a larger one");
+    const std::size_t at = plan.error().what.find("from ");
     ASSERT_NE(at, std::string::npos) << plan.error().what;
-    request.max_error = 0.01 * std::stod(plan.error().what.substr(at + 16));
+    request.max_error = 0.01 * std::stod(plan.error().what.substr(at + 5));
     EXPECT_TRUE(make_plan(calibration, request)) << "the smallest it named: " << request.max_error;
   }
 }
