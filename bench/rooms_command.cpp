@@ -148,9 +148,10 @@ Result<void> run(const Arguments& a, const CommonOptions& options) {
   auto rooms = chosen(a.rooms);
   if (!rooms)
     return rooms.error();
-  for (RealRoom& room : *rooms)
-    for (Place& place : room.places)
-      place.points = a.points > 0 ? a.points : place.points;
+  if (a.points > 0)
+    for (RealRoom& room : *rooms)
+      for (Place& place : room.places)
+        place.points = a.points;
   const bool only_write = !a.folder.empty();
   const auto list = write_rooms(*rooms, only_write ? a.folder : a.measure.folder, only_write && !options.json);
   if (!list)

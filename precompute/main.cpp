@@ -345,8 +345,7 @@ int main(int argc, char** argv) {
   radiosity::use_matrix_kernels_of_this_processor(argv);
   watch_for_interrupt(); // first: an interrupt may come at once
   const int code = run_command(argc, argv);
-  // Where a limit leaves nothing, the threads of OpenBLAS did not start, and the end of the process would wait for
-  // them.
+  // Where a limit leaves nothing, the threads of OpenBLAS do not end, and the process would wait for them.
   if (!precompute::allowed_memory(0)) {
     std::fflush(nullptr);
     ::_exit(code);

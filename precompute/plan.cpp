@@ -264,13 +264,15 @@ Result<Plan> make_plan(const CalibrationBake& calibration, const PlanRequest& re
   const double reachable = finest->predicted.total;
   if (!(wanted > 0) || wanted < kFinest || (request.must_reach && wanted < reachable) || !(wanted < 1)) {
     const bool free = request.regions.empty() && request.facets == 0 && request.spacing_m == 0 && request.grid.x == 0;
-    return Error{ErrorCode::value_invalid,
-                 fmt::format("{:g} % is no error that can be planned for this room: from {:.2g} to less than 100 %",
-                             100 * wanted, 100 * std::max(reachable * 1.02, kFinest)),
-                 "--max-error",
-                 wanted >= 1 ? "give a smaller one"
-                 : free      ? "give a larger one"
-                             : "give a larger one, or leave the number of regions, facets and probes to the plan"};
+    return Error{
+        ErrorCode::value_invalid,
+        fmt::format(
+            "no bake of this room can be planned for an error of {:g} %; from {:.2g} to less than 100 % one can",
+            100 * wanted, 100 * std::max(reachable * 1.02, kFinest)),
+        "--max-error",
+        wanted >= 1 ? "give a smaller one"
+        : free      ? "give a larger one"
+                    : "give a larger one, or leave the number of regions, facets and probes to the plan"};
   }
   return planner.plan(wanted);
 }

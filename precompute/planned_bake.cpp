@@ -154,8 +154,12 @@ Result<BakePlan> plan_bake(const RoomFile& room, const PlanRequest& request, con
   return BakePlan{std::move(settled), std::move(*calibration), std::move(*plan)};
 }
 
-bool worth_a_second_bake(const Plan& first, const Plan& better) {
-  return better.predicted.total <= first.max_error && better.predicted.bytes <= kMostGrowth * first.predicted.bytes;
+std::string against_a_second_bake(const Plan& first, const Result<Plan>& better) {
+  if (!better || better->predicted.total > first.max_error)
+    return "what this one missed is out of reach";
+  if (better->predicted.bytes > kMostGrowth * first.predicted.bytes)
+    return format("its file would be more than %.2g times as large", kMostGrowth);
+  return "";
 }
 
 Result<PlannedBake> bake_to_error(const RoomFile& room, const PlanRequest& request, radiosity::WorkStore* store,
@@ -184,16 +188,14 @@ Result<PlannedBake> bake_planned(const RoomFile& room, BakePlan planned, radiosi
   // Once more, with the cost model tied to what was measured. A target that is now out of reach, or far more work than
   // was announced, leaves the first result.
   const auto better = make_plan(corrected(out.calibration, out.plan, out.report), request);
-  if (!better || !worth_a_second_bake(out.plan, *better)) {
-    announce("note       no second bake: " +
-             (better && better->predicted.total <= request.max_error
-                  ? format("its file would be more than %.2g times as large\n", kMostGrowth)
-                  : std::string("what this one missed is out of reach\n")));
+  std::string against = against_a_second_bake(out.plan, better);
+  if (against.empty() && request.memory_bytes > 0)
+    if (const auto needed = memory_of(room, *better, progress); !needed || *needed > request.memory_bytes)
+      against = "it would need more memory than may be taken";
+  if (!against.empty()) {
+    announce("note       no second bake: " + against + "\n");
     return out;
   }
-  if (request.memory_bytes > 0)
-    if (const auto needed = memory_of(room, *better, progress); !needed || *needed > request.memory_bytes)
-      return out;
   announce(to_text(out.plan, out.measured) + "once more   with a plan for what this bake missed\n");
   std::optional<RepeatedStore> again;
   if (store)

@@ -57,9 +57,9 @@ struct PlannedBake {
   bool repeated = false; ///< the first bake missed the target
 };
 
-/// Whether what a bake showed, `better`, can meet the target without far more work than was announced: a file at most
-/// twice as large. Independent of the machine, as all that decides about the result.
-bool worth_a_second_bake(const Plan& first, const Plan& better);
+/// Why what a bake showed, `better`, cannot meet the target, or only with far more work than was announced: a file more
+/// than twice as large. Empty where it can. Independent of the machine, as all that decides about the result.
+std::string against_a_second_bake(const Plan& first, const Result<Plan>& better);
 
 /// `announce` is called with each plan before its bake starts, and with what a bake that misses measured.
 /// `store`: of the bakes, may be null; the second keeps its records apart from the first's.

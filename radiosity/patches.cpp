@@ -68,9 +68,9 @@ struct RayEnd {
   double beside_m;
 
   glm::dvec3 witness(double turn) const {
-    const auto [t, b] = tangents(normal);
+    const OrthonormalBasis basis(normal);
     const double angle = 2.0 * std::numbers::pi * turn;
-    return point + beside_m * (std::cos(angle) * t + std::sin(angle) * b);
+    return point + beside_m * (std::cos(angle) * basis.u + std::sin(angle) * basis.v);
   }
 };
 

@@ -13,6 +13,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
+#include "scene/core/orthonormal.h"
 #include "scene/core/r2_points.h"
 
 namespace daylit::radiosity {
@@ -27,19 +28,6 @@ inline double unit_interval(std::uint64_t bits) { return static_cast<double>(bit
 
 inline glm::dvec2 random_shift(std::uint64_t seed) {
   return {unit_interval(mix_bits(seed)), unit_interval(mix_bits(seed + 0x9E3779B97F4A7C15ull))};
-}
-
-/// Branch-free orthonormal basis (Duff et al. 2017).
-inline std::array<glm::dvec3, 2> tangents(const glm::dvec3& n) {
-  const double sign = std::copysign(1.0, n.z), a = -1.0 / (sign + n.z), b = n.x * n.y * a;
-  return {glm::dvec3(1.0 + sign * n.x * n.x * a, sign * b, -sign * n.x), glm::dvec3(b, sign + n.y * n.y * a, -n.y)};
-}
-
-/// Density cos / pi about n.
-inline glm::dvec3 cosine_direction(const glm::dvec3& n, const glm::dvec2& u) {
-  const double r = std::sqrt(u.x), phi = 2.0 * std::numbers::pi * u.y;
-  const auto [t, b] = tangents(n);
-  return r * std::cos(phi) * t + r * std::sin(phi) * b + std::sqrt(std::max(0.0, 1.0 - u.x)) * n;
 }
 
 /// Uniform on the sphere.

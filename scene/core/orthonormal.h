@@ -1,7 +1,10 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 namespace daylit {
@@ -16,5 +19,13 @@ struct OrthonormalBasis {
     v = {b, sign + w.y * w.y * a, -w.y};
   }
 };
+
+/// Density cos / pi about the unit vector n, from a point of the unit square: uniform on the disc, lifted to the
+/// hemisphere (Malley's method; Pharr, Jakob & Humphreys 2023, section A.5.3).
+inline glm::dvec3 cosine_direction(const glm::dvec3& n, const glm::dvec2& x) {
+  const double r = std::sqrt(x.x), phi = 2.0 * std::numbers::pi * x.y;
+  const OrthonormalBasis basis(n);
+  return r * std::cos(phi) * basis.u + r * std::sin(phi) * basis.v + std::sqrt(std::max(0.0, 1.0 - x.x)) * n;
+}
 
 } // namespace daylit

@@ -1,14 +1,15 @@
 #include "scene/room/aperture.h"
+#include "scene/core/orthonormal.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "scene/core/orthonormal.h"
 #include "scene/room/courtyard.h"
 #include "scene/room/glass.h"
 #include "scene/room/outlines.h"
@@ -18,10 +19,12 @@ namespace daylit {
 
 namespace {
 
-constexpr int kLines = 512, kFirstLines = 64; // test lines through a candidate; the first ones decide an early no
-constexpr double kHoleFraction = 0.01;        // of the lines must join the outside and a surface
-constexpr double kExplainedFraction = 0.5;    // more lines than this through a known aperture: not another one
-constexpr double kTightEscape = 1e-3;         // more unexplained escape than this: look for rims of thick walls
+// Test lines through a candidate for a hole, of which the first ones decide an early no; and through a pane, which may
+// see the sky over a deep court alone.
+constexpr int kLines = 512, kFirstLines = 64, kPaneLines = 4096;
+constexpr double kHoleFraction = 0.01;     // of the lines must join the outside and a surface
+constexpr double kExplainedFraction = 0.5; // more lines than this through a known aperture: not another one
+constexpr double kTightEscape = 1e-3;      // more unexplained escape than this: look for rims of thick walls
 constexpr int kWalks = 1024, kWalkRays = 8;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
@@ -116,15 +119,14 @@ private:
     return count;
   }
 
-  LineCount test(const detail::Outline& part) const {
+  LineCount test(const detail::Outline& part, int lines = kLines, int first_lines = kFirstLines) const {
     const ConvexSampler sampler(part.corners);
-    const auto frame = detail::PlaneFrame::make(part.corners[0], part.normal);
     LineCount count;
-    for (int i = 0; i < kLines; ++i) {
-      if (i == kFirstLines && count.joins[0] + count.joins[1] == 0)
+    for (int i = 0; i < lines; ++i) {
+      if (i == first_lines && count.joins[0] + count.joins[1] == 0)
         break;
       const std::array<double, 4> x = quasi_random(i);
-      add_line(sampler.sample(x[0], x[1]), frame.cosine_direction(x[2], x[3]), part.normal, count);
+      add_line(sampler.sample(x[0], x[1]), cosine_direction(part.normal, {x[2], x[3]}), part.normal, count);
     }
     return count;
   }
@@ -169,7 +171,7 @@ private:
 
   void add_windows() {
     for (const detail::Pane& pane : detail::window_panes(room_)) {
-      const LineCount count = test(pane.outline);
+      const LineCount count = test(pane.outline, kPaneLines, kPaneLines);
       const glm::dvec3 m = middle(pane.outline.corners);
       const std::string name =
           fmt::format("pane of \"{}\" at ({:.3g}, {:.3g}, {:.3g})", room_.materials[pane.material].name, m.x, m.y, m.z);
@@ -299,7 +301,7 @@ private:
       glm::dvec3 p = ConvexSampler(start.corners).sample(x[0], x[1]) + start_m_ * start.inward, normal = start.inward;
       for (int bounce = 0; bounce < kWalkRays; ++bounce) {
         x = quasi_random(kWalkRays * i + bounce);
-        const glm::dvec3 d = detail::PlaneFrame::make(p, normal).cosine_direction(x[2], x[3]);
+        const glm::dvec3 d = cosine_direction(normal, {x[2], x[3]});
         RayHit hit;
         ++rays;
         if (!scene_.closest(scene_.to_local(p), glm::vec3(d), 0.0f, kFar, hit)) {

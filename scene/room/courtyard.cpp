@@ -7,6 +7,8 @@
 
 #include <glm/geometric.hpp>
 
+#include "scene/core/orthonormal.h"
+#include "scene/core/r2_points.h"
 #include "scene/room/polygon.h"
 
 namespace daylit::detail {
@@ -51,12 +53,9 @@ double section_m2(const Aperture& hole, const RayScene& scene) {
 /// Part of what the outer side of a pane's middle sees that is sky through the hole.
 double seen_through(const std::vector<Aperture>& hole, const Aperture& window, const RayScene& scene) {
   const glm::dvec3 from = middle(window) - 8.0 * static_cast<double>(scene.surface_offset()) * window.inward;
-  const auto frame = PlaneFrame::make(from, -window.inward);
   int through = 0;
-  for (int i = 0; i < kRays; ++i) {
-    // Points of the plastic number (Roberts 2018).
-    const glm::dvec3 d = frame.cosine_direction(std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
-                                                std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0));
+  for (std::uint32_t i = 0; i < kRays; ++i) {
+    const glm::dvec3 d = cosine_direction(-window.inward, r2_point(i, glm::dvec2(0.5)));
     int crossed = 0;
     aperture_transmittance(hole, from, d, std::numeric_limits<double>::infinity(), &crossed);
     if (crossed > 0 && !scene.occluded(scene.to_local(from), glm::vec3(d), 0.0f, kFar))

@@ -1,28 +1,20 @@
 #include "scene/room/dark_room.h"
 
-#include <cmath>
 #include <limits>
-#include <numbers>
 
 #include <glm/geometric.hpp>
 
+#include "scene/core/orthonormal.h"
+#include "scene/core/r2_points.h"
 #include "scene/room/aperture.h"
-#include "scene/room/polygon.h"
 
 namespace daylit {
 
 namespace {
 
-constexpr int kWalks = 64, kRays = 32;
+constexpr std::uint32_t kWalks = 64, kRays = 32;
 constexpr double kSide_m = 1.2, kHeight_m = 1.5;
 constexpr float kFar = std::numeric_limits<float>::infinity();
-
-/// By the cosine about `normal`; points of the plastic numbers (Roberts 2018).
-glm::dvec3 direction(int i, const glm::dvec3& normal) {
-  const double s = std::fmod(0.5 + 0.7548776662466927 * (i + 1), 1.0),
-               t = std::fmod(0.5 + 0.5698402909980532 * (i + 1), 1.0);
-  return detail::PlaneFrame::make(glm::dvec3(0.0), normal).cosine_direction(s, t);
-}
 
 } // namespace
 
@@ -30,10 +22,10 @@ bool is_in_dark_room(const RayScene& scene, const Room& room, const std::vector<
                      const glm::dvec3& point) {
   const double off_m = 8.0 * static_cast<double>(scene.surface_offset());
   Bounds seen;
-  for (int walk = 0; walk < kWalks; ++walk) {
+  for (std::uint32_t walk = 0; walk < kWalks; ++walk) {
     glm::dvec3 p = point, normal(0.0, 0.0, walk % 2 == 0 ? 1.0 : -1.0);
-    for (int k = 0; k < kRays; ++k) {
-      const glm::dvec3 d = direction(kRays * walk + k, normal);
+    for (std::uint32_t k = 0; k < kRays; ++k) {
+      const glm::dvec3 d = cosine_direction(normal, r2_point(kRays * walk + k, glm::dvec2(0.5)));
       RayHit hit;
       if (!scene.closest(scene.to_local(p), glm::vec3(d), 0.0f, kFar, hit))
         return false;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -131,12 +130,6 @@ glm::dvec2 PlaneFrame::to_plane(const glm::dvec3& p) const {
 }
 
 double PlaneFrame::height(const glm::dvec3& p) const { return glm::dot(p - origin, n); }
-
-/// Malley's method: uniform on the disc, lifted to the hemisphere (Pharr, Jakob & Humphreys 2023, section A.5.3).
-glm::dvec3 PlaneFrame::cosine_direction(double s, double t) const {
-  const double radius = std::sqrt(s), angle = 2.0 * std::numbers::pi * t;
-  return radius * std::cos(angle) * u + radius * std::sin(angle) * v + std::sqrt(1.0 - s) * n;
-}
 
 /// Ear clipping (Meisters 1975), best-shaped ear first, in the plane of the mean normal.
 std::optional<TriangleList> triangulate(std::span<const glm::dvec3> corners) {

@@ -27,8 +27,6 @@ struct PlaneFrame {
   static PlaneFrame make(const glm::dvec3& origin, const glm::dvec3& unit_normal);
   glm::dvec2 to_plane(const glm::dvec3& p) const;
   double height(const glm::dvec3& p) const;
-  /// By the cosine about n, from two numbers in [0, 1).
-  glm::dvec3 cosine_direction(double s, double t) const;
 };
 
 /// Ear clipping in the polygon's own plane; concave outlines and outlines that touch themselves along a bridge to a

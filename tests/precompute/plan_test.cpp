@@ -165,15 +165,19 @@ TEST(Plan, given_points_need_no_grid) {
 }
 
 TEST(PlannedBake, second_bake_is_for_a_target_that_it_meets_with_a_file_at_most_twice_as_large) {
-  Plan first, better;
+  Plan first;
   first.max_error = 0.02;
   first.predicted.bytes = 1e6;
-  better.predicted = {.total = 0.019, .bytes = 1.9e6};
-  EXPECT_TRUE(worth_a_second_bake(first, better));
-  better.predicted.bytes = 2.1e6;
-  EXPECT_FALSE(worth_a_second_bake(first, better)) << "far more work than was announced";
-  better.predicted = {.total = 0.021, .bytes = 1.5e6};
-  EXPECT_FALSE(worth_a_second_bake(first, better)) << "out of reach";
+  const auto against = [&](double error, double bytes) {
+    Plan better;
+    better.predicted = {.total = error, .bytes = bytes};
+    return against_a_second_bake(first, better);
+  };
+  const std::string out_of_reach = "what this one missed is out of reach";
+  EXPECT_EQ(against(0.019, 1.9e6), "");
+  EXPECT_EQ(against(0.019, 2.1e6), "its file would be more than 2 times as large");
+  EXPECT_EQ(against(0.021, 1.5e6), out_of_reach);
+  EXPECT_EQ(against_a_second_bake(first, Error{ErrorCode::value_invalid, "no plan", "", ""}), out_of_reach);
 }
 
 TEST(PointRatios, one_point_counts_for_at_most_a_tenth_of_the_limited_error) {

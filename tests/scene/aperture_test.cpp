@@ -230,6 +230,18 @@ Room room_on_a_court(double high, double hole) {
   return b.room;
 }
 
+TEST(Aperture, a_pane_on_a_deep_court_lets_light_in_from_there) {
+  for (int high = 6; high <= 18; ++high) {
+    const auto found = find(room_on_a_court(high, 4.0));
+    ASSERT_TRUE(found);
+    ASSERT_EQ(found->report.window_polygons, 1) << high;
+    EXPECT_GT(found->list[0].inward.y, 0.0) << high;
+    for (const std::string& note : found->report.notes)
+      EXPECT_EQ(note.find("sees no sky"), std::string::npos) << high << ": " << note;
+    EXPECT_EQ(found->report.unexplained_escape, 0.0) << high;
+  }
+}
+
 TEST(Aperture, a_courtyard_is_outdoors_and_a_room_with_an_open_skylight_is_not) {
   const auto court = find(room_on_a_court(8.0, 4.0)), skylight = find(room_on_a_court(3.5, 1.5));
   ASSERT_TRUE(court && skylight);
