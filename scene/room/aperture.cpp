@@ -1,5 +1,4 @@
 #include "scene/room/aperture.h"
-#include "scene/core/orthonormal.h"
 
 #include <algorithm>
 #include <array>
@@ -22,7 +21,7 @@ namespace {
 // Test lines through a candidate for a hole, of which the first ones decide an early no; and through a pane, which may
 // see the sky over a deep court alone.
 constexpr int kLines = 512, kFirstLines = 64, kPaneLines = 4096;
-constexpr double kHoleFraction = 0.01;     // of the lines must join the outside and a surface
+constexpr double kHoleFraction = 0.01;     // of the lines must join the outside and a surface; through a pane, hit one
 constexpr double kExplainedFraction = 0.5; // more lines than this through a known aperture: not another one
 constexpr double kTightEscape = 1e-3;      // more unexplained escape than this: look for rims of thick walls
 constexpr int kWalks = 1024, kWalkRays = 8;
@@ -183,7 +182,7 @@ private:
         found_.report.notes.push_back(name + " lies on a wall and lets nothing through: cut the wall open there");
         continue;
       }
-      if (count.escapes[0] == count.lines && count.escapes[1] == count.lines) {
+      if (std::min(count.escapes[0], count.escapes[1]) > (1.0 - kHoleFraction) * count.lines) {
         found_.report.notes.push_back(name + " has no room on either side and is left out");
         continue;
       }

@@ -242,6 +242,16 @@ TEST(Aperture, a_pane_on_a_deep_court_lets_light_in_from_there) {
   }
 }
 
+TEST(Aperture, a_pane_that_hardly_sees_a_surface_has_no_room) {
+  RoomBuilder b = room_with_hole();
+  b.quad({11, 11, 11}, {12, 11, 11}, {12, 12, 12}, {11, 12, 12}, b.material("window"));
+  const auto found = find(b.room);
+  ASSERT_TRUE(found);
+  EXPECT_EQ(found->report.window_polygons, 0);
+  ASSERT_EQ(found->report.notes.size(), 1u);
+  EXPECT_NE(found->report.notes[0].find("no room on either side"), std::string::npos) << found->report.notes[0];
+}
+
 TEST(Aperture, a_courtyard_is_outdoors_and_a_room_with_an_open_skylight_is_not) {
   const auto court = find(room_on_a_court(8.0, 4.0)), skylight = find(room_on_a_court(3.5, 1.5));
   ASSERT_TRUE(court && skylight);
