@@ -99,16 +99,12 @@ std::vector<double> norms2_at_probes(const std::vector<ProbeCluster>& clusters, 
   return norm2;
 }
 
-std::vector<ProbeCluster> make_clusters(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
-                                        const CompactOptions& options) {
-  std::vector<glm::vec3> position;
-  for (const std::size_t p : probe_of_point)
-    position.push_back(probes.positions[p]);
+std::vector<ProbeCluster> begin(const ProbeClusters& points) {
   std::vector<ProbeCluster> clusters;
-  for (std::vector<std::uint32_t>& points : detail::neighbours(position, options.part, options.cluster_probes)) {
+  for (const std::vector<std::uint32_t>& some : points) {
     ProbeCluster& c = clusters.emplace_back();
     c.id = clusters.size() - 1;
-    c.point = std::move(points);
+    c.point = some;
   }
   return clusters;
 }
@@ -185,7 +181,15 @@ private:
 
 } // namespace
 
-Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,
+ProbeClusters probe_clusters(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
+                             std::span<const std::uint32_t> part, std::size_t most) {
+  std::vector<glm::vec3> position;
+  for (const std::size_t p : probe_of_point)
+    position.push_back(probes.positions[p]);
+  return detail::neighbours(position, part, most);
+}
+
+Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeClusters& points,
                                  std::span<const std::size_t> probe_of_point, const SkyPartition& partition,
                                  const CompactOptions& options, const Progress& progress, CompactReport* report) {
   const auto start = std::chrono::steady_clock::now();
@@ -193,7 +197,7 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const detail::SunColumns columns = detail::SunColumns::of(light, partition.size());
   std::vector<ProbeCluster> clusters;
   if (!light.source.empty())
-    clusters = make_clusters(probes, probe_of_point, options);
+    clusters = begin(points);
   Stages stages(clusters, progress);
 
   // Suns of equal irradiance until it is known what each does to the probes.

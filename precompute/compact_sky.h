@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "precompute/surface_light.h"
 #include "scene/core/program.h"
@@ -24,11 +25,10 @@ struct CompactOptions {
   /// less than 1/20 of the brightest are measured against that. Below the horizon, where no sun is, an
   /// error counts a quarter.
   double error = 0.03;
-  std::size_t cluster_probes = 180; ///< at most; fewer cost more source factors, more cost more rank
-  /// Of each point: no cluster holds points of two parts of the air, because the error of a cluster is shared by its
-  /// points and light must not come through a wall. Empty: all in one.
-  std::span<const std::uint32_t> part = {};
 };
+
+/// At most; fewer cost more source factors, more cost more rank.
+constexpr std::size_t kProbesInCluster = 180;
 
 struct CompactReport {
   std::size_t nodes = 0, sources = 0; ///< nodes: that light any source
@@ -55,8 +55,15 @@ struct GatherRows {
   std::function<void(Points points, std::span<const std::uint32_t> part_end, float* rows)> band4_rows = {};
 };
 
-/// Point p is probe probe_of_point[p]. `partition` is one of nodes. Errors: interrupted.
-Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeSet& probes,
+/// Points of each cluster of probes. Point p is probe probe_of_point[p].
+using ProbeClusters = std::vector<std::vector<std::uint32_t>>;
+/// `part`: of each point. No cluster holds points of two parts of the air, because the error of a cluster is shared by
+/// its points and light must not come through a wall. Empty: all in one.
+ProbeClusters probe_clusters(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
+                             std::span<const std::uint32_t> part, std::size_t most = kProbesInCluster);
+
+/// `light`: with fractions for each of the clusters; `partition`: of nodes. Errors: interrupted.
+Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeClusters& clusters,
                                  std::span<const std::size_t> probe_of_point, const SkyPartition& partition,
                                  const CompactOptions& options, const Progress& progress,
                                  CompactReport* report = nullptr);

@@ -10,7 +10,7 @@ namespace daylit::precompute {
 namespace {
 
 constexpr const CostModel& model = kCostModel;
-constexpr double kFullCluster = static_cast<double>(CompactOptions{}.cluster_probes);
+constexpr double kFullCluster = static_cast<double>(kProbesInCluster);
 
 /// Sum over the stages of this name, seconds.
 double seconds_of(const std::vector<StageTime>& stages, const std::string& name) {

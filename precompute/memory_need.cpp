@@ -38,7 +38,7 @@ double threads() {
 double fine_sky_bytes(const BakeReport& counts, const BakeOptions& options) {
   const auto patches = static_cast<double>(counts.patches), elements = static_cast<double>(counts.elements),
              probes = static_cast<double>(counts.probes_valid), parts = kParts * elements;
-  const double in_cluster = kFilling * static_cast<double>(CompactOptions{}.cluster_probes);
+  const double in_cluster = kFilling * static_cast<double>(kProbesInCluster);
   const double components = kComponents * std::pow(0.03 / options.compact_error, kComponentsPower);
   const double factors = probes / in_cluster * components * (parts + 27 * std::min(in_cluster, probes));
   return 4 * (kFineFloats * patches * static_cast<double>(options.clusters) + factors + kSketch * elements) +

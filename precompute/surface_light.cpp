@@ -121,26 +121,50 @@ std::vector<std::uint32_t> lit_patches(const SurfaceLight& light) {
   return lit;
 }
 
-/// The sources' clusters are those of their patches, and the light of a cluster is the mean sum A r E / sum A r of its
-/// patches' with r = ProbeSight::further: by reciprocity what all probes together receive from it is then exact for any
-/// light E, where an area mean would take light that falls on a slat's outer edge for light on the inner one.
+/// What each patch's light counts in its cluster's mean for some probes: A r / sum A r with r = `further` of
+/// ProbeSight. By reciprocity what these probes together receive from the cluster is then exact for any light, where an
+/// area mean would take light that falls on a slat's outer edge for light on the inner one. `of_all`: the same r of all
+/// probes together, for clusters that bring these nothing.
+std::vector<float> parts_of_means(const radiosity::PatchSet& set, std::span<const float> further,
+                                  std::span<const float> of_all, const std::vector<std::int32_t>& cluster_of,
+                                  std::size_t clusters) {
+  const auto unit = [](std::span<const float> r) {
+    const float most = r.empty() ? 0.0f : *std::ranges::max_element(r);
+    return most > 0 ? 1.0 / static_cast<double>(most) : 0.0;
+  };
+  const double own = unit(further), all = unit(of_all);
+  std::vector<double> weight(cluster_of.size()), sum(clusters, 0.0);
+  for (std::size_t p = 0; p < cluster_of.size(); ++p)
+    if (cluster_of[p] >= 0) {
+      weight[p] = set.patches[p].area_m2 *
+                  (own * static_cast<double>(further[p]) + kLeast * (all * static_cast<double>(of_all[p]) + kLeast));
+      sum[static_cast<std::size_t>(cluster_of[p])] += weight[p];
+    }
+  std::vector<float> part(cluster_of.size(), 0.0f);
+  for (std::size_t p = 0; p < cluster_of.size(); ++p)
+    if (cluster_of[p] >= 0)
+      part[p] = static_cast<float>(weight[p] / sum[static_cast<std::size_t>(cluster_of[p])]);
+  return part;
+}
+
+/// The sources' clusters are those of their patches, with the means that all probes together need and those that each
+/// group needs.
 void join_clusters(const radiosity::PatchSet& set, const std::vector<float>& further,
                    const std::vector<std::int32_t>& cluster_of, SurfaceLight& light) {
-  const float most = further.empty() ? 0.0f : *std::ranges::max_element(further);
-  const double least = std::max(kLeast * static_cast<double>(most), 1e-30);
-  std::vector<double> weight(light.patches), sum(light.clusters, 0.0);
-  for (std::size_t e = 0; e < cluster_of.size(); ++e)
-    if (cluster_of[e] >= 0) {
-      weight[e] = set.patches[e].area_m2 * std::max(static_cast<double>(further[e]), least);
-      sum[static_cast<std::size_t>(cluster_of[e])] += weight[e];
-    }
-  for (const std::uint32_t element : light.source) {
-    const std::uint32_t patch = light.parent[element];
-    const auto cluster = static_cast<std::uint32_t>(cluster_of[patch]);
-    light.cluster.push_back(cluster);
-    light.cluster_fraction.push_back(light.element_fraction[element] *
-                                     static_cast<float>(weight[patch] / sum[cluster]));
-  }
+  const std::size_t groups = further.size() / light.patches;
+  std::vector<float> of_all(light.patches, 0.0f);
+  for (std::size_t k = 0; k < further.size(); ++k)
+    of_all[k % light.patches] += further[k];
+  const auto add = [&](std::span<const float> of_group, std::vector<float>& fractions) {
+    const std::vector<float> part = parts_of_means(set, of_group, of_all, cluster_of, light.clusters);
+    for (const std::uint32_t element : light.source)
+      fractions.push_back(light.element_fraction[element] * part[light.parent[element]]);
+  };
+  for (const std::uint32_t element : light.source)
+    light.cluster.push_back(static_cast<std::uint32_t>(cluster_of[light.parent[element]]));
+  add(of_all, light.cluster_fraction);
+  for (std::size_t g = 0; g < groups; ++g)
+    add(std::span(further).subspan(g * light.patches, light.patches), light.fraction_for_probes);
 }
 
 /// Irradiance of each patch under a white sky: mean over its elements.
@@ -209,6 +233,16 @@ void add_row(const radiosity::FirstBounceRow& row, float fraction, std::map<std:
     sum[row.region[k]] += fraction * row.irradiance[k];
 }
 
+/// The first of some sources counts as much as all of them. `fractions`: [..][source].
+void add_up(const std::vector<std::size_t>& sources, std::size_t count, std::vector<float>& fractions) {
+  for (std::size_t row = 0; row < fractions.size(); row += count) {
+    float sum = 0;
+    for (const std::size_t s : sources)
+      sum += fractions[row + s];
+    fractions[row + sources.front()] = sum;
+  }
+}
+
 /// What a cluster's mean takes of some sources, E = sum f_s E_s / sum f_s, on the first of them.
 void join_sources(const std::vector<std::size_t>& sources, SurfaceLight& light) {
   std::map<std::int32_t, Rgb> sum;
@@ -226,29 +260,32 @@ void join_sources(const std::vector<std::size_t>& sources, SurfaceLight& light) 
     joined.region.push_back(region);
     joined.irradiance.push_back(irradiance / fraction);
   }
-  light.cluster_fraction[sources.front()] = fraction;
+  add_up(sources, light.source.size(), light.cluster_fraction);
+  add_up(sources, light.source.size(), light.fraction_for_probes);
   light.element_fraction[light.source[sources.front()]] = 1.0f; // the one source of its patch
+}
+
+/// Keeps those of each row's values whose source has light. `values`: [..][source].
+template <class T>
+void keep_lit(const std::vector<std::uint8_t>& lit, std::vector<T>& values) {
+  std::vector<T> kept;
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (lit[k % lit.size()] != 0)
+      kept.push_back(std::move(values[k]));
+  values = std::move(kept);
 }
 
 /// Leaves out the sources without light.
 void drop_dark(SurfaceLight& light) {
-  std::size_t kept = 0;
-  for (std::size_t s = 0; s < light.source.size(); ++s) {
-    if (light.light[s].region.empty())
-      continue;
-    light.source[kept] = light.source[s];
-    light.cluster[kept] = light.cluster[s];
-    light.cluster_fraction[kept] = light.cluster_fraction[s];
-    light.reflectance[kept] = light.reflectance[s];
-    if (kept != s)
-      light.light[kept] = std::move(light.light[s]);
-    ++kept;
-  }
-  light.source.resize(kept);
-  light.cluster.resize(kept);
-  light.cluster_fraction.resize(kept);
-  light.reflectance.resize(kept);
-  light.light.resize(kept);
+  std::vector<std::uint8_t> lit;
+  for (const radiosity::FirstBounceRow& row : light.light)
+    lit.push_back(row.region.empty() ? 0 : 1);
+  keep_lit(lit, light.source);
+  keep_lit(lit, light.cluster);
+  keep_lit(lit, light.cluster_fraction);
+  keep_lit(lit, light.fraction_for_probes);
+  keep_lit(lit, light.reflectance);
+  keep_lit(lit, light.light);
 }
 
 } // namespace

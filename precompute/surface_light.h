@@ -3,7 +3,7 @@
 // The light between surfaces as the fine sky needs it: which elements of the surfaces the sky lights from where, and
 // what a lit element gives in two parts. What it sends out itself is exact. What comes back after further bounces is
 // smooth, so it is solved between patches, once for each cluster of neighbouring ones, from the mean light on the
-// cluster, in which each patch counts as much as what it sends on matters to the probes.
+// cluster, in which each patch counts as much as what it sends on matters to the probes that are looked after.
 
 #include <cstdint>
 #include <span>
@@ -26,10 +26,15 @@ struct SurfaceLight {
   std::vector<radiosity::FirstBounceRow> light; ///< of each source
   std::vector<std::uint32_t> cluster;           ///< of each source
   std::vector<float> cluster_fraction;          ///< of each source: what its light counts in its cluster's mean
+  std::vector<float> fraction_for_probes;       ///< the same for each group of probes, [group][source]
   std::vector<Rgb> reflectance;                 ///< of each source
   /// [patch][channel * clusters + cluster]: radiosity after one or more further bounces for irradiance 1 on a
   /// cluster.
   std::vector<float> bounced;
+
+  std::span<const float> fraction_for(std::size_t group) const {
+    return std::span(fraction_for_probes).subspan(group * source.size(), source.size());
+  }
 };
 
 struct SurfaceLightReport {
@@ -46,8 +51,8 @@ struct ProbeSight {
   /// Of each patch: 0 where no probe sees any of it. Its light counts only as a part of its cluster's, so that all such
   /// sources of a cluster become one.
   std::vector<std::uint8_t> seen;
-  /// Of each patch, at least 0: what its light brings to all probes by further bounces, for equal irradiance and area,
-  /// in any unit.
+  /// [group of probes][patch], at least 0: what its light brings to these probes by further bounces, for equal
+  /// irradiance and area, in any unit.
   std::vector<float> further;
 };
 

@@ -1,7 +1,7 @@
 #include <algorithm>
+#include <numeric>
 
 #include "precompute/detail/bake_stage.h"
-#include "precompute/detail/more_rays.h"
 #include "precompute/detail/node_sharpening.h"
 #include "scene/core/parallel.h"
 
@@ -38,29 +38,48 @@ GatherRows gather_rows(const Stage& s) {
   return rows_of_points;
 }
 
-/// Patches that a ray of some point meets, and what comes back from each: with n rays of all points that meet patch i,
-/// sum_i n_i B_i = sum_i A_i r_i E_i by reciprocity, r the radiosity under irradiances n / A. Without the first
-/// reflection, for grey surfaces.
-Result<ProbeSight> probe_sight(const Stage& s) {
-  const radiosity::PatchSet& elements = s.elements.patches;
-  std::vector<std::uint64_t> rays(s.hits.patches(), 0);
-  parallel_for(std::size_t{0}, s.points.at.size(), [&](std::size_t p) { s.hits.count_rays(p, rays); });
+/// n / A of each patch, [patch][cluster of probes]: n rays of the cluster's points meet it.
+radiosity::FirstBounce rays_as_light(const Stage& s, const ProbeClusters& clusters) {
   constexpr auto kRay = static_cast<double>(radiosity::GatherHits::kRay);
-  std::vector<float> light;
-  for (std::size_t e = 0; e < rays.size(); ++e)
-    light.push_back(static_cast<float>(static_cast<double>(rays[e]) / kRay / elements.patches[e].area_m2));
-  const auto sent =
-      grey_radiosity(s.problem.patches, s.elements, s.exchange, light, {.tolerance = s.options.tolerance}, s.progress);
+  const std::size_t patches = s.problem.patches.patches.size(), columns = clusters.size();
+  radiosity::FirstBounce light{.patches = patches,
+                               .channels = 1,
+                               .region = std::vector<std::int32_t>(columns),
+                               .irradiance = std::vector<float>(patches * columns, 0.0f),
+                               .opening = std::vector<float>(patches, 0.0f)};
+  std::iota(light.region.begin(), light.region.end(), 0);
+  parallel_for(std::size_t{0}, columns, [&](std::size_t k) {
+    std::vector<std::uint64_t> rays(s.hits.patches(), 0);
+    for (const std::uint32_t point : clusters[k])
+      s.hits.count_rays(point, rays);
+    for (std::size_t e = 0; e < rays.size(); ++e) {
+      const std::uint32_t patch = s.elements.parent[e];
+      light.row(patch, 0)[k] +=
+          static_cast<float>(static_cast<double>(rays[e]) / kRay / s.problem.patches.patches[patch].area_m2);
+    }
+  });
+  return light;
+}
+
+/// Patches that a ray of some point meets, and what comes back from each: with n rays of a cluster's points that meet
+/// patch i, sum_i n_i B_i = sum_i A_i r_i E_i by reciprocity, r the radiosity under irradiances n / A. Without the
+/// first reflection, for grey surfaces.
+Result<ProbeSight> probe_sight(const Stage& s, const ProbeClusters& clusters) {
+  const radiosity::FirstBounce light = rays_as_light(s, clusters);
+  radiosity::PatchSet grey = s.problem.patches;
+  for (radiosity::Patch& e : grey.patches)
+    e.reflectance = Rgb((e.reflectance.r + e.reflectance.g + e.reflectance.b) / 3.0f);
+  const auto sent = radiosity::solve_radiosity(grey, s.exchange, light, {.tolerance = s.options.tolerance}, s.progress);
   if (!sent)
     return sent.error();
-  const std::size_t patches = s.problem.patches.patches.size();
-  ProbeSight sight{std::vector<std::uint8_t>(patches, 0), std::vector<float>(patches, 0.0f)};
-  for (std::size_t e = 0; e < rays.size(); ++e) {
-    const Rgb& rho = elements.patches[e].reflectance;
-    if (rays[e] > 0)
-      sight.seen[s.elements.parent[e]] = 1;
-    sight.further[s.elements.parent[e]] = std::max(0.0f, (*sent)[e] - (rho.r + rho.g + rho.b) / 3.0f * light[e]);
-  }
+  ProbeSight sight{std::vector<std::uint8_t>(light.patches, 0), std::vector<float>(clusters.size() * light.patches)};
+  for (std::size_t p = 0; p < light.patches; ++p)
+    for (std::size_t k = 0; k < clusters.size(); ++k) {
+      const float direct = light.row(p, 0)[k];
+      if (direct > 0)
+        sight.seen[p] = 1;
+      sight.further[k * light.patches + p] = std::max(0.0f, sent->row(p)[k] - grey.patches[p].reflectance.r * direct);
+    }
   return sight;
 }
 
@@ -86,7 +105,8 @@ Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<rad
                                                  BasisVolume& volume, BakeReport& report) {
   SurfaceLightReport surfaces;
   sharpen_nodes(volume.partition, rows);
-  const auto sight = probe_sight(s);
+  const ProbeClusters clusters = probe_clusters(volume.probes, s.points.probe, s.fit.part());
+  const auto sight = probe_sight(s, clusters);
   if (!sight)
     return sight.error();
   const auto light = surface_light(s.problem.patches, s.elements, s.exchange, std::move(rows), *sight,
@@ -96,8 +116,8 @@ Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<rad
   report.solve = surfaces.solve;
   report.energy = surfaces.energy;
   s.clock.finish("solve");
-  auto compact = compact_sky(*light, gather_rows(s), volume.probes, s.points.probe, volume.partition,
-                             {.error = s.options.compact_error, .part = s.fit.part()}, s.progress, &report.compact);
+  auto compact = compact_sky(*light, gather_rows(s), clusters, s.points.probe, volume.partition,
+                             {.error = s.options.compact_error}, s.progress, &report.compact);
   if (!compact)
     return compact.error();
   report.regions_stored = static_cast<int>(report.compact.nodes);

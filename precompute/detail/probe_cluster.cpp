@@ -112,7 +112,7 @@ void ProbeCluster::reduce(const SurfaceLight& light, const SurfaceTransport& sur
   const std::size_t n = coefficients(), columns = radiosity.size() / light.elements;
   std::vector<Sight> sight(light.patches, Sight::none);
   gather.sight(point, sight);
-  seen = SeenParts::of(light, sight);
+  seen = SeenParts::of(light, light.fraction_for(id), sight);
   const std::size_t parts = seen.part.size();
   std::vector<float> rows(n * parts);
   gather.rows(point, seen.end, rows.data());

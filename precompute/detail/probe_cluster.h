@@ -46,7 +46,7 @@ struct Measure {
 /// Ids of points, and what the stages leave behind. Gather rows [coefficient][part] are basis times coordinates:
 /// neighbouring probes see the same room.
 struct ProbeCluster {
-  std::uint64_t id = 0;
+  std::uint64_t id = 0; ///< its number
   std::vector<std::uint32_t> point;
   SeenParts seen;
   Basis basis;                    ///< [coefficient][rank]

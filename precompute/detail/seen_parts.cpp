@@ -8,7 +8,7 @@ namespace daylit::precompute::detail {
 namespace {
 
 /// One of each patch, or of each element that is a part.
-void find_lit(const SurfaceLight& light, SeenParts& seen) {
+void find_lit(const SurfaceLight& light, std::span<const float> cluster_fraction, SeenParts& seen) {
   seen.fraction.resize(light.source.size());
   std::uint32_t s = 0;
   for (std::uint32_t k = 0; k < seen.part.size(); ++k) {
@@ -17,7 +17,7 @@ void find_lit(const SurfaceLight& light, SeenParts& seen) {
       const std::uint32_t first = s, patch = light.parent[light.source[s]];
       for (; s < light.source.size() && light.source[s] < p.end && light.parent[light.source[s]] == patch; ++s)
         seen.fraction[s] = p.is_element() ? 1.0f : light.element_fraction[light.source[s]];
-      seen.lit.push_back({k, light.cluster[first], light.cluster_fraction[first] / seen.fraction[first], first, s,
+      seen.lit.push_back({k, light.cluster[first], cluster_fraction[first] / seen.fraction[first], first, s,
                           light.reflectance[first]});
     }
   }
@@ -27,7 +27,8 @@ void find_lit(const SurfaceLight& light, SeenParts& seen) {
 
 /// Neighbouring elements of one patch are one part unless they are distinguished, and so are all of patches that are
 /// not seen: what these give comes from the clusters' means alone.
-SeenParts SeenParts::of(const SurfaceLight& light, std::span<const Sight> sight) {
+SeenParts SeenParts::of(const SurfaceLight& light, std::span<const float> cluster_fraction,
+                        std::span<const Sight> sight) {
   const auto together = [&](std::uint32_t a, std::uint32_t b) {
     const std::uint32_t p = light.parent[a], q = light.parent[b];
     return p == q ? sight[p] != Sight::of_elements : sight[p] == Sight::none && sight[q] == Sight::none;
@@ -39,7 +40,7 @@ SeenParts SeenParts::of(const SurfaceLight& light, std::span<const Sight> sight)
     seen.part.push_back({light.parent[first], first, end});
     seen.end.push_back(end);
   }
-  find_lit(light, seen);
+  find_lit(light, cluster_fraction, seen);
   return seen;
 }
 

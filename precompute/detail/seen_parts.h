@@ -34,8 +34,8 @@ struct SeenParts {
   std::vector<Lit> lit;
   std::vector<float> fraction; ///< of each source in the area of its part
 
-  /// `sight`: of each patch.
-  static SeenParts of(const SurfaceLight& light, std::span<const Sight> sight);
+  /// `cluster_fraction`: of each source, as these probes need it; `sight`: of each patch.
+  static SeenParts of(const SurfaceLight& light, std::span<const float> cluster_fraction, std::span<const Sight> sight);
 
   /// Area means over the parts: from values [element][columns].
   std::vector<float> means(const SurfaceLight& light, std::span<const float> of_elements, std::size_t columns) const;

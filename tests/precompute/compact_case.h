@@ -140,8 +140,12 @@ inline Result<CompactBasis> try_compress(const Case& c, double error, const Prog
             for (*out++ = 0.0f; e < end[k]; ++e)
               out[-1] += band4 * c.weight(point, 8 - m, e);
     };
-  return compact_sky(c.light, gather, c.probes, c.probe_of_point, c.partition,
-                     {.error = error, .cluster_probes = 40, .part = c.part}, progress, report);
+  const ProbeClusters clusters = probe_clusters(c.probes, c.probe_of_point, c.part, 40);
+  SurfaceLight light = c.light;
+  for (std::size_t k = 0; k < clusters.size(); ++k)
+    light.fraction_for_probes.insert(light.fraction_for_probes.end(), light.cluster_fraction.begin(),
+                                     light.cluster_fraction.end());
+  return compact_sky(light, gather, clusters, c.probe_of_point, c.partition, {.error = error}, progress, report);
 }
 
 inline CompactBasis compress(const Case& c, double error, CompactReport* report = nullptr, bool distinguished = false,

@@ -72,20 +72,32 @@ struct Lit {
   }
 };
 
-TEST(SurfaceLight, clusters_bring_all_probes_together_exactly_the_light_of_their_patches) {
+TEST(SurfaceLight, clusters_bring_each_group_of_probes_and_all_together_exactly_the_light_of_their_patches) {
   const Lit lit;
-  const std::vector<float> w = numbers(1, lit.patches()), h = lit.adjoint(w);
+  // What the probes of each group see: the first one none of the first half of the patches.
+  std::vector<std::vector<float>> w{numbers(1, lit.patches()), numbers(5, lit.patches())}, h;
+  std::fill_n(w[0].begin(), lit.patches() / 2, 0.0f);
   ProbeSight probes{std::vector<std::uint8_t>(lit.patches(), 1), {}};
-  for (std::size_t p = 0; p < lit.patches(); ++p) // h = A r + w reflectance: what is reflected once comes by itself
-    probes.further.push_back((h[p] - w[p] * Lit::kReflectance) /
-                             static_cast<float>(lit.problem.patches.patches[p].area_m2));
+  for (const std::vector<float>& of_group : w) {
+    h.push_back(lit.adjoint(of_group));
+    for (std::size_t p = 0; p < lit.patches(); ++p) // h = A r + w reflectance: what is reflected once comes by itself
+      probes.further.push_back((h.back()[p] - of_group[p] * Lit::kReflectance) /
+                               static_cast<float>(lit.problem.patches.patches[p].area_m2));
+  }
   const SurfaceLight light = lit.in_clusters(probes, 6);
   ASSERT_EQ(light.clusters, 6u);
   const detail::SurfaceTransport transport(light);
   for (const std::uint64_t seed : {2, 3, 4}) {
-    const std::vector<float> e = numbers(seed, lit.patches());
+    const std::vector<float> e = numbers(seed, lit.patches()), b = transport.radiosity(0, e, 1);
     // An area mean in each cluster is off by 1e-4 to 1e-3 here.
-    EXPECT_NEAR(product(w, transport.radiosity(0, e, 1)) / product(h, e), 1.0, 2e-5);
+    EXPECT_NEAR((product(w[0], b) + product(w[1], b)) / (product(h[0], e) + product(h[1], e)), 1.0, 2e-5);
+    for (std::size_t g = 0; g < 2; ++g) {
+      const auto seen =
+          detail::SeenParts::of(light, light.fraction_for(g), std::vector<Sight>(lit.patches(), Sight::of_patch));
+      std::vector<float> weights(lit.patches(), 0.0f);
+      transport.add_adjoint(0, w[g], 1, seen, weights);
+      EXPECT_NEAR(product(weights, e) / product(h[g], e), 1.0, 2e-5) << g;
+    }
   }
 }
 
@@ -108,7 +120,8 @@ TEST(SurfaceTransport, weights_of_radiosity_become_those_of_irradiance) {
   const SurfaceLight light = lit.in_clusters(probes, 40);
   ASSERT_EQ(light.source.size(), count);
   const detail::SurfaceTransport transport(light);
-  const auto seen = detail::SeenParts::of(light, std::vector<Sight>(lit.patches(), Sight::of_elements));
+  const auto seen =
+      detail::SeenParts::of(light, light.cluster_fraction, std::vector<Sight>(lit.patches(), Sight::of_elements));
   ASSERT_EQ(seen.lit.size(), count);
   const std::vector<float> w = numbers(1, count), e = numbers(2, count);
   std::vector<float> weights(count, 0.0f);
