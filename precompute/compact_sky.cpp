@@ -24,7 +24,8 @@ using detail::kProjections;
 using detail::ProbeCluster;
 
 constexpr double kSketchAtThree = 140; ///< columns of the range finder at an error of 3 %, ~ error^-0.8
-constexpr double kRangeAtThree = 180;  ///< the same of what counts at all in the rows of a cluster
+constexpr std::size_t kSamples = 2, kFewestSamples = 512; ///< of the metric: times these columns, and at least
+constexpr double kRangeAtThree = 180;                     ///< the same of what counts at all in the rows of a cluster
 constexpr float kBelowHorizon =
     0.2f;                       ///< no sun is there: light from there is smooth, and may err more under a small one
 constexpr double kFloor = 0.05; ///< of the brightest node: what dimmer nodes are measured against
@@ -213,13 +214,13 @@ Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& ga
   const std::vector<double> norm2 =
       norms2_at_probes(clusters, columns, [](const ProbeCluster& c) { return c.seen.expand(c.projected); });
   const std::vector<float> weight = node_weights(norm2, horizon);
-  const detail::SunMetric metric(columns, weight);
+  const std::size_t width = sketch_width(kSketchAtThree, options.error);
+  const detail::SunMetric metric(columns, weight, std::max(kFewestSamples, kSamples * width));
   const detail::Measure measure{columns, weight, metric};
   const double counted = weighted_sum(norm2, weight), allowed = options.error * options.error * counted,
                tail = kTail2 * allowed / static_cast<double>(std::max<std::size_t>(clusters.size(), 1));
-  const std::vector<float> first = measure.suns(sketch_width(kSketchAtThree, options.error));
   set_gains(clusters);
-  stages.run([&](ProbeCluster& c) { c.factorise(surfaces, measure, first, tail); });
+  stages.run([&](ProbeCluster& c) { c.factorise(surfaces, metric, width, tail); });
   if (stages.stopped())
     return interrupted_error("fine sky");
 

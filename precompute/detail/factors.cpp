@@ -51,6 +51,13 @@ std::span<const float> row_of(const std::vector<float>& a, std::size_t k, std::s
 
 } // namespace
 
+std::vector<float> first_columns(const std::vector<float>& a, std::size_t columns, std::size_t wanted) {
+  std::vector<float> out(columns > 0 ? a.size() / columns * wanted : 0);
+  for (std::size_t r = 0; r * wanted < out.size(); ++r)
+    std::copy_n(a.data() + r * columns, wanted, out.data() + r * wanted);
+  return out;
+}
+
 void multiply_into(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
                    std::size_t columns, std::span<float> c) {
   cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(rows), static_cast<int>(columns),
@@ -121,20 +128,34 @@ Basis orthonormal_range(const std::vector<float>& a, std::size_t rows, std::size
   return basis;
 }
 
-/// transport = q C with orthonormal q. With C M C^T = U diag(power) U^T in the metric M the rows of U^T C are the
-/// source factors and those of U^T q^T the row factors: the singular value decomposition of the block in that metric.
-Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
-                  std::span<const float> sample) {
+namespace {
+
+/// Of at most `width` columns, with one power iteration: q = orth(A A^T orth(A_w)), A_w the first columns of A.
+Basis strongest_range(const std::vector<float>& a, std::size_t rows, std::size_t columns, std::size_t width) {
+  const Basis first = orthonormal_range(first_columns(a, columns, width), rows, width);
+  if (first.rank == 0)
+    return first;
+  const std::vector<float> seen = multiply_transposed(first.q, a, rows, first.rank, columns);
+  return orthonormal_range(multiply_by_transposed(a, seen, rows, columns, first.rank), rows, first.rank);
+}
+
+} // namespace
+
+/// A = transport sample. With its range q and q^T A A^T q = U diag(power) U^T the rows of U^T q^T are the row factors,
+/// and their products with the transport the source factors: the singular value decomposition of the block in the
+/// metric.
+Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> sample,
+                  std::size_t width) {
   Factors f;
   f.rows = rows;
-  f.sources = sources;
+  f.sources = rows > 0 ? transport.size() / rows : 0;
+  const std::size_t columns = f.sources > 0 ? sample.size() / f.sources : 0;
+  const std::vector<float> seen = multiply(transport, sample, rows, f.sources, columns);
+  const Basis range = strongest_range(seen, rows, columns, std::min(width, columns));
   const std::size_t n = range.rank;
-  if (n == 0)
-    return f;
+  const std::vector<float> coordinates = multiply_transposed(range.q, seen, rows, n, columns),
+                           product = multiply_by_transposed(coordinates, coordinates, n, columns, n);
   std::vector<double> values;
-  const std::size_t columns = sample.size() / sources;
-  const std::vector<float> seen = multiply(coordinates, sample, n, sources, columns);
-  const std::vector<float> product = multiply_by_transposed(seen, seen, n, columns, n);
   const std::vector<double> vectors = eigenvectors(std::vector<double>(product.begin(), product.end()), n, values);
   std::vector<float> turn(n * n); // row k: component k, strongest first
   for (std::size_t k = 0; k < n; ++k) {
@@ -142,27 +163,10 @@ Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coord
     for (std::size_t i = 0; i < n; ++i)
       turn[k * n + i] = static_cast<float>(vectors[(n - 1 - k) * n + i]);
   }
-  f.source_factor = multiply(turn, coordinates, n, n, sources);
-  f.row_factor = multiply(turn, transposed(range.q, rows, n), n, n, rows);
+  f.row_factor = multiply_by_transposed(turn, range.q, n, n, rows);
+  f.source_factor = multiply(f.row_factor, transport, n, rows, f.sources);
   f.stored.assign(n, Stored::strong);
   return f;
-}
-
-/// Range of transport * suns, coordinates in it, and once more with the suns metric * coordinates^T (power iteration).
-Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> sample,
-                  const std::vector<float>& suns, std::size_t width) {
-  const std::size_t sources = suns.size() / width, columns = sources > 0 ? sample.size() / sources : 0;
-  std::vector<float> seen = multiply(transport, suns, rows, sources, width);
-  for (int pass = 0;; ++pass) {
-    const Basis range = orthonormal_range(seen, rows, width);
-    std::vector<float> coordinates = multiply_transposed(range.q, transport, rows, range.rank, sources);
-    if (pass == 1 || range.rank == 0)
-      return factorise(range, rows, std::move(coordinates), sources, sample);
-    width = range.rank;
-    const std::vector<float> seen_suns = multiply(coordinates, sample, width, sources, columns),
-                             sun = multiply_by_transposed(sample, seen_suns, sources, columns, width);
-    seen = multiply(transport, sun, rows, sources, width);
-  }
 }
 
 void Factors::keep(std::size_t rank) {

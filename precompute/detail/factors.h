@@ -10,6 +10,9 @@
 
 namespace daylit::precompute::detail {
 
+/// [rows][wanted]: the first columns of a [rows][columns].
+std::vector<float> first_columns(const std::vector<float>& a, std::size_t columns, std::size_t wanted);
+
 /// [rows][columns] = a [rows][inner] b [inner][columns]
 std::vector<float> multiply(std::span<const float> a, std::span<const float> b, std::size_t rows, std::size_t inner,
                             std::size_t columns);
@@ -62,16 +65,11 @@ struct Factors {
                                std::size_t projections) const;
 };
 
-/// From q^T A [rank][source] to the singular components of the block in the metric M = sample sample^T, sample
-/// [source][columns].
-Factors factorise(const Basis& range, std::size_t rows, std::vector<float> coordinates, std::size_t sources,
-                  std::span<const float> sample);
-
-/// Randomised singular value decomposition of `transport` [row][source] in the metric (Halko, Martinsson, Tropp 2011,
-/// algorithm 4.4, one power iteration: the singular values fall slowly, and the first sketch alone would miss half of
-/// them). `suns`: [source][width].
+/// Randomised singular value decomposition of `transport` [row][source] in the metric M = sample sample^T, sample
+/// [source][columns], of at most `width` components (Halko, Martinsson, Tropp 2011, algorithm 4.4, one power iteration:
+/// the singular values fall slowly, and the first sketch alone would miss half of them).
 Factors decompose(const std::vector<float>& transport, std::size_t rows, std::span<const float> sample,
-                  const std::vector<float>& suns, std::size_t width);
+                  std::size_t width);
 
 /// Rounds the factors of the last cluster of `out`, whose probes it knows already.
 void append_factors(const Factors& factors, CompactFactors& out);

@@ -17,14 +17,6 @@ std::size_t fewer(std::size_t columns) {
   return std::min(columns, std::max(kFewest, static_cast<std::size_t>(kColumns * static_cast<double>(columns))));
 }
 
-/// The first columns of each row.
-std::vector<float> first_columns(const std::vector<float>& a, std::size_t columns, std::size_t wanted) {
-  std::vector<float> out(a.size() / columns * wanted);
-  for (std::size_t r = 0; r < a.size() / columns; ++r)
-    std::copy_n(a.data() + r * columns, wanted, out.data() + r * wanted);
-  return out;
-}
-
 constexpr std::size_t kFewRows = 2;  ///< times the columns of the sketch
 constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
 
@@ -54,7 +46,7 @@ void Band4::reduce(const std::vector<float>& rows, std::size_t coefficients, con
 
 /// As for the nine, of kWeight times the transport.
 void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
-                      const std::vector<float>& suns, std::size_t width) {
+                      std::size_t width) {
   const std::size_t rank = basis.rank, parts = seen.lit.size(), coefficients = rank > 0 ? basis.q.size() / rank : 0;
   if (rank == 0)
     return;
@@ -64,8 +56,7 @@ void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, c
                          std::span(transport).subspan(static_cast<std::size_t>(c) * rank * parts, rank * parts));
   for (std::size_t k = 0; k < transport.size(); ++k)
     transport[k] *= kWeight * metric.sigma[k % parts];
-  const std::size_t few = fewer(width);
-  factors = decompose(transport, 3 * rank, metric.sample, first_columns(suns, width, few), few);
+  factors = decompose(transport, 3 * rank, metric.sample, fewer(width));
   factors.expand_rows(basis.q, coefficients);
   basis = {};
   coordinates = {};
@@ -143,24 +134,21 @@ void ProbeCluster::take_gain_off() {
       x /= gain;
 }
 
-void ProbeCluster::factorise(const SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
+void ProbeCluster::factorise(const SurfaceTransport& surfaces, const SunMetric& of_sources, std::size_t width,
                              double limit) {
-  const std::size_t rank = basis.rank, rows = 3 * rank, sources = surfaces.sources(), parts = seen.lit.size();
+  const std::size_t rank = basis.rank, rows = 3 * rank, parts = seen.lit.size();
   std::vector<float> transport(rows * parts, 0.0f);
   for (std::size_t c = 0; c < 3; ++c)
     surfaces.add_adjoint(static_cast<int>(c), coordinates, rank, seen,
                          std::span(transport).subspan(c * rank * parts, rank * parts));
   coordinates = {};
-  SunMetric metric = seen.metric(measure.metric);
+  SunMetric metric = seen.metric(of_sources);
   scale_columns(transport, metric.sigma);
   scale_columns(projected, metric.sigma);
-  for (std::size_t width = first.size() / sources;; width += width / 2) {
-    const std::vector<float> more = width * sources == first.size() ? std::vector<float>{} : measure.suns(width);
-    const std::vector<float> suns = seen.suns(metric, measure.metric, more.empty() ? first : more, width);
-    if (more.empty())
-      band4.factorise(surfaces, seen, metric, suns, width);
-    factors = decompose(transport, rows, metric.sample, suns, width);
-    // Singular values fall like a power of their number: the tail is about as long as what was found.
+  band4.factorise(surfaces, seen, metric, width);
+  // Singular values fall like a power of their number: the tail is about as long as what was found.
+  for (;; width += width / 2) {
+    factors = decompose(transport, rows, metric.sample, width);
     if (factors.rank() < width || factors.power.back() * static_cast<double>(width) <= limit)
       break;
   }

@@ -24,9 +24,7 @@ struct Band4 {
   /// what the nine may lose of what they see under all these suns, squared.
   void reduce(const std::vector<float>& rows, std::size_t coefficients, const std::vector<float>& radiosity,
               std::size_t columns, double left);
-  /// `suns`: [lit part][width].
-  void factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric,
-                 const std::vector<float>& suns, std::size_t width);
+  void factorise(const SurfaceTransport& surfaces, const SeenParts& seen, const SunMetric& metric, std::size_t width);
   /// Keeps what is worth more than `per_byte` of squared error; takes the weight off.
   void choose_storage(double per_byte, const std::vector<float>& suns, std::size_t columns);
 };
@@ -68,9 +66,8 @@ struct ProbeCluster {
   /// Errors count `gain` times as much from here on, until take_gain_off().
   void set_gain(float gain);
   void take_gain_off();
-  /// `first`: suns [source][width] of the first sketch; `limit`: of the squared error that the sketch may miss.
-  void factorise(const SurfaceTransport& surfaces, const Measure& measure, const std::vector<float>& first,
-                 double limit);
+  /// `width`: of the first sketch; `limit`: of the squared error that a sketch may miss.
+  void factorise(const SurfaceTransport& surfaces, const SunMetric& of_sources, std::size_t width, double limit);
   /// What the factors, as they are stored, leave of the projected transport, [projection][source].
   std::vector<float> missed() const;
 

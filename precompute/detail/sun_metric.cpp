@@ -147,9 +147,9 @@ void JoinedRows::add(std::size_t block, std::span<const float> rows) {
   }
 }
 
-SunMetric::SunMetric(const SunColumns& suns, std::span<const float> weight)
-    : SunMetric(suns.random_suns(weight, std::clamp(suns.size(), std::size_t{1}, kColumns)),
-                std::clamp(suns.size(), std::size_t{1}, kColumns)) {}
+SunMetric::SunMetric(const SunColumns& suns, std::span<const float> weight, std::size_t most)
+    : SunMetric(suns.random_suns(weight, std::clamp(suns.size(), std::size_t{1}, most)),
+                std::clamp(suns.size(), std::size_t{1}, most)) {}
 
 /// sigma_s = |irradiance_s| / sqrt(columns); sample_s = irradiance_s / |irradiance_s|
 SunMetric::SunMetric(std::vector<float> irradiance, std::size_t width)

@@ -54,16 +54,15 @@ private:
 };
 
 /// The covariance of the irradiance on the sources under a sun at a random node, with weights d per column:
-/// M_st = sum d^2 H_s H_t. It is kept as a sketch of fixed width, M = sigma sample sample^T sigma, because the whole
-/// matrix grows with the square of the sources; where there are no more nodes than columns it is exact.
+/// M_st = sum d^2 H_s H_t. It is kept as a sketch, M = sigma sample sample^T sigma, because the whole matrix grows with
+/// the square of the sources; where there are no more nodes than columns it is exact.
 struct SunMetric {
-  static constexpr std::size_t kColumns = 1024; ///< at most
-
   std::vector<float> sigma; ///< unit of each source: the root of M_ss
   std::size_t columns = 0;
   std::vector<float> sample; ///< [source][column], rows of length 1
   SunMetric() = default;
-  SunMetric(const SunColumns& suns, std::span<const float> weight);
+  /// Of at most `most` columns.
+  SunMetric(const SunColumns& suns, std::span<const float> weight, std::size_t most);
   /// From a sample of M itself, [source][columns], to both.
   SunMetric(std::vector<float> irradiance, std::size_t columns);
 };

@@ -186,7 +186,7 @@ void expect_covariance(std::size_t nodes, double within) {
   std::vector<float> weight;
   for (std::size_t j = 0; j < nodes; ++j)
     weight.push_back(1.0f + 0.01f * static_cast<float>(j % 11));
-  const detail::SunMetric metric(c, weight);
+  const detail::SunMetric metric(c, weight, 1024);
   std::vector<double> exact(36, 0.0);
   for (std::size_t j = 0; j < nodes; ++j)
     for (std::size_t a = c.begin[j]; a < c.begin[j + 1]; ++a)
