@@ -24,8 +24,8 @@ using detail::kProjections;
 using detail::ProbeCluster;
 
 constexpr double kSketchAtThree = 140; ///< columns of the range finder at an error of 3 %, ~ error^-0.8
-constexpr std::size_t kSamples = 2, kFewestSamples = 512; ///< of the metric: times these columns, and at least
-constexpr double kRangeAtThree = 180;                     ///< the same of what counts at all in the rows of a cluster
+constexpr double kRangeAtThree = 180;  ///< the same of what counts at all in the rows of a cluster
+constexpr std::size_t kSamples = 2, kFewestSamples = 512; ///< suns of the metric: per column of the sketch, at least
 constexpr float kBelowHorizon =
     0.2f;                       ///< no sun is there: light from there is smooth, and may err more under a small one
 constexpr double kFloor = 0.05; ///< of the brightest node: what dimmer nodes are measured against

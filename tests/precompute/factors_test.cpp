@@ -23,17 +23,25 @@ double strength(std::size_t k) { return 3.0 / (1.0 + static_cast<double>(k)); }
 /// Root of the metric of a source: M = diag(d^2).
 double root(std::size_t s) { return 0.2 + 0.01 * static_cast<double>(s % 97); }
 
-/// sum over k of strength_k u_k v_k^T / d: its singular values in the metric M are the strengths.
-std::vector<float> block() {
-  std::vector<float> transport;
-  for (std::size_t r = 0; r < kRows; ++r)
+/// [rows][kSources]: sums of `count` terms.
+template <class Term>
+std::vector<float> product(std::size_t rows, std::size_t count, const Term& term) {
+  std::vector<float> out;
+  for (std::size_t r = 0; r < rows; ++r)
     for (std::size_t s = 0; s < kSources; ++s) {
       double sum = 0;
-      for (std::size_t k = 0; k < kRows; ++k)
-        sum += strength(k) * cosine(k, r, kRows) * cosine(k, s, kSources) / root(s);
-      transport.push_back(static_cast<float>(sum));
+      for (std::size_t k = 0; k < count; ++k)
+        sum += term(r, s, k);
+      out.push_back(static_cast<float>(sum));
     }
-  return transport;
+  return out;
+}
+
+/// sum over k of strength_k u_k v_k^T / d: its singular values in the metric M are the strengths.
+std::vector<float> block() {
+  return product(kRows, kRows, [](std::size_t r, std::size_t s, std::size_t k) {
+    return strength(k) * cosine(k, r, kRows) * cosine(k, s, kSources) / root(s);
+  });
 }
 
 /// Orthonormal too (type 4), columns in a scattered order: the first ones hold something of every row.
@@ -44,20 +52,10 @@ double mixed(std::size_t k, std::size_t c, std::size_t n) {
 }
 
 /// d times an orthogonal matrix: sample sample^T = M.
-std::vector<float> make_sample() {
-  std::vector<float> out;
-  for (std::size_t s = 0; s < kSources; ++s)
-    for (std::size_t c = 0; c < kSources; ++c) {
-      double sum = 0;
-      for (std::size_t k = 0; k < kSources; ++k)
-        sum += cosine(k, s, kSources) * mixed(k, c, kSources);
-      out.push_back(static_cast<float>(root(s) * sum));
-    }
-  return out;
-}
-
 const std::vector<float>& sample() {
-  static const std::vector<float> once = make_sample();
+  static const std::vector<float> once = product(kSources, kSources, [](std::size_t s, std::size_t c, std::size_t k) {
+    return root(s) * cosine(k, s, kSources) * mixed(k, c, kSources);
+  });
   return once;
 }
 
