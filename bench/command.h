@@ -47,6 +47,7 @@ Command add_transport(CLI::App& program);       ///< only where radiosity and si
 Command add_transport_cost(CLI::App& program);  ///< the same
 Command add_transport_rooms(CLI::App& program); ///< the same
 Command add_selftest(CLI::App& program);        ///< the same
+Command add_volume(CLI::App& program);          ///< the same
 Command add_flicker(CLI::App& program);         ///< the same, and the runtime
 Command add_frame(CLI::App& program);           ///< the same
 Command add_sequence(CLI::App& program);        ///< the same

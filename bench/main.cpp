@@ -23,6 +23,7 @@ constexpr bench::AddCommand kCommands[] = {
     bench::add_transport_cost,
     bench::add_transport_rooms,
     bench::add_rooms,
+    bench::add_volume,
     bench::add_selftest,
 #endif
 #ifdef DAYLIT_BENCH_FRAME

@@ -137,8 +137,9 @@ Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vecto
       return light.error();
     truth.push_back({std::move(sky), std::move(*light)});
   }
-  if (const auto written = keep(file, id, truth); !written)
-    return written.error();
+  if (!file.empty())
+    if (const auto written = keep(file, id, truth); !written)
+      return written.error();
   return truth;
 }
 

@@ -32,7 +32,7 @@ struct TruthPoints {
 };
 
 /// The points of all places one after another. Read from `file` where that holds the truth of this room, these points
-/// and settings; else traced and written there.
+/// and settings; else traced and written there (empty: nowhere).
 Result<std::vector<RoomTruth>> room_truth(const RoomFile& room, const std::vector<TruthPoints>& places,
                                           const TruthSettings& settings, const std::filesystem::path& file,
                                           const Progress& progress);

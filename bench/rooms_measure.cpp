@@ -1,18 +1,14 @@
 #include "bench/rooms_measure.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
 #include <sstream>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "bench/room_bake.h"
-#include "precompute/audit.h"
+#include "bench/volume_error.h"
 #include "scene/core/seconds.h"
-#include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
 
 namespace daylit::bench {
@@ -20,37 +16,6 @@ namespace daylit::bench {
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr double kLitBySun = 0.2; ///< of the light of the brightest sun and its sky: half of it the sky's
-
-/// Error and power of the light in one place under one sky.
-struct Sums {
-  double error2 = 0, power2 = 0, noise2 = 0;
-  int unknown = 0; ///< points where the volume has no light
-  /// nrms, the noise of the reference taken out of it.
-  double nrms() const { return power2 > 0 ? std::sqrt(std::max(0.0, error2 - noise2) / power2) : 0.0; }
-  double noise() const { return power2 > 0 ? std::sqrt(noise2 / power2) : 0.0; }
-};
-
-double square(const Rgb& c) { return static_cast<double>(glm::dot(c, c)); }
-
-Sums compare(const IndirectLight& indirect, const std::vector<glm::dvec3>& points,
-             std::span<const IrradianceEstimate> truth) {
-  Sums sums;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const auto light = indirect.at(points[p]);
-    sums.unknown += light ? 0 : 1;
-    for (std::size_t k = 0; k < 6; ++k) {
-      glm::vec3 normal(0.0f);
-      normal[static_cast<int>(k / 2)] = k % 2 == 0 ? 1.0f : -1.0f;
-      const IrradianceEstimate& e = truth[6 * p + k];
-      sums.error2 += square((light ? irradiance(*light, normal) : Rgb(0.0f)) - e.value);
-      sums.noise2 += square(e.standard_error);
-      sums.power2 += square(e.value);
-    }
-  }
-  return sums;
-}
 
 struct MeasuredPlace {
   const Place* place;
@@ -87,92 +52,20 @@ std::vector<std::string> bake_arguments(const RoomCase& one, const std::vector<M
   return words;
 }
 
-/// The volume's light under the skies of the truth.
-Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& truth, const BasisVolume& volume,
-                                                const RayScene& scene) {
-  std::vector<IndirectLight> lights;
-  for (const RoomTruth& t : truth) {
-    auto light = IndirectLight::make(volume, scene, t.sky.sky);
-    if (!light)
-      return light.error();
-    lights.push_back(std::move(*light));
-  }
-  return lights;
-}
-
-/// 95th percentile, the largest of fewer than twenty.
-double percentile95(std::vector<double> values) {
-  if (values.empty())
-    return 0.0;
-  std::ranges::sort(values);
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(0.95 * static_cast<double>(values.size())))];
-}
-
-/// Of the suns that look in, as the bake counts them: those under which the place has at least kLitBySun of the light
-/// that the brightest one gives it. Elsewhere its light is that of the sky around the sun.
-double percentile95_of_suns(const std::vector<Sums>& suns) {
-  double brightest2 = 0;
-  for (const Sums& sun : suns)
-    brightest2 = std::max(brightest2, sun.power2);
-  std::vector<double> errors;
-  for (const Sums& sun : suns)
-    if (sun.power2 >= kLitBySun * kLitBySun * brightest2)
-      errors.push_back(sun.nrms());
-  return precompute::ErrorSpread::of(std::move(errors)).percentile95;
-}
-
 /// Errors place by place, sky by sky; the worst of smooth skies and of suns beside their bars.
 Json errors(const RoomCase& one, const std::vector<MeasuredPlace>& places, const std::vector<RoomTruth>& truth,
-            const std::vector<IndirectLight>& lights) {
+            const std::vector<IndirectLight>& lights, const Json& claimed) {
   Json rows = Json::array();
   std::size_t first = 0;
   for (std::size_t i = 0; i < places.size() && (i == 0 || !one.first_place); ++i) {
-    const std::size_t count = 6 * places[i].points.size();
-    std::vector<double> smooth, suns;
-    std::vector<Sums> of_suns;
-    Json row = {{"place", places[i].place->name}, {"skies", Json::array()}, {"unknown_points", 0}, {"noise", 0.0}};
-    for (std::size_t s = 0; s < truth.size(); ++s) {
-      const RoomTruth& t = truth[s];
-      const Sums sums = compare(lights[s], places[i].points, std::span(t.irradiance).subspan(first, count));
-      (t.sky.small_sun ? suns : smooth).push_back(sums.nrms());
-      if (t.sky.small_sun)
-        of_suns.push_back(sums);
-      row["skies"].push_back({{"sky", t.sky.name},
-                              {"small_sun", t.sky.small_sun},
-                              {"error", sums.nrms()},
-                              {"noise", sums.noise()},
-                              {"light", std::sqrt(sums.power2 / static_cast<double>(3 * count))}});
-      row["unknown_points"] = sums.unknown;
-      row["noise"] = std::max(row["noise"].get<double>(), sums.noise());
-    }
-    row["smooth"] = *std::ranges::max_element(smooth);
-    row["sun"] = percentile95(suns);
-    row["sun_looking_in"] = percentile95_of_suns(of_suns);
+    Json row = place_error(places[i].points, first, truth, lights, claimed);
+    row["place"] = places[i].place->name;
     row["smooth_bar"] = i < one.places.size() ? one.places[i] : one.smooth;
     row["sun_bar"] = one.sun;
-    first += count;
+    first += places[i].points.size();
     rows.push_back(std::move(row));
   }
   return rows;
-}
-
-/// What the bake says of the smallest room that a point is in (a room that is no box may hold others): the 95th
-/// percentile under `skies` ("smooth" or "sun"); 0 where it names none.
-double claimed_percentile95(const Json& claimed, const glm::dvec3& point, const char* skies) {
-  double smallest = std::numeric_limits<double>::infinity(), percentile = 0.0;
-  for (const Json& room : claimed.value("rooms", Json::array())) {
-    const auto low = room["low_m"].get<std::array<double, 3>>(), high = room["high_m"].get<std::array<double, 3>>();
-    double size = 1.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double x = point[static_cast<int>(k)];
-      size *= x >= low[k] && x <= high[k] ? high[k] - low[k] : std::numeric_limits<double>::infinity();
-    }
-    if (size < smallest) {
-      smallest = size;
-      percentile = room[skies]["percentile_95"].get<double>();
-    }
-  }
-  return percentile;
 }
 
 bool within(double value, double bar) { return bar <= 0 || value <= bar; }
@@ -250,11 +143,7 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
   const auto lights = lights_under(*truth, *volume, *scene);
   if (!lights)
     return lights.error();
-  row["places"] = errors(one, *places, *truth, *lights);
-  for (std::size_t i = 0; i < row["places"].size(); ++i)
-    for (const auto& [key, skies] : {std::pair{"smooth_claimed", "smooth"}, {"sun_claimed", "sun"}})
-      row["places"][i][key] =
-          claimed_percentile95(row.value("claimed", Json::object()), (*places)[i].points.front(), skies);
+  row["places"] = errors(one, *places, *truth, *lights, row.value("claimed", Json::object()));
   row["met"] = is_met(one, row);
   return row;
 }
