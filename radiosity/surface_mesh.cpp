@@ -101,9 +101,9 @@ double doubled_area(const std::vector<PlaneGroup>& groups, const std::vector<Fac
 
 /// Facets that outlines and panes alone make, whatever the edge length.
 std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vector<std::vector<Segment2>>& outlines,
-                           const NearPanes& panes) {
+                           const std::function<double(const glm::dvec3&, std::size_t, double)>& edge_within) {
   constexpr double kLong_m = 1e30;
-  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) { return std::min(kLong_m, panes.edge_m(p, group)); };
+  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) { return edge_within(p, group, kLong_m); };
   return mesh_groups(groups, outlines, edge_m, std::numeric_limits<std::size_t>::max()).size();
 }
 
@@ -133,20 +133,22 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
   const NearPanes panes(options.panes, mesh.origin, groups);
-  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count within 5 %.
-  if (const std::size_t fixed = count_at_least(groups, outlines, panes); fixed >= kManyFixed)
-    mesh.fixed_facets = fixed;
-  const double target = options.target_facets + static_cast<double>(mesh.fixed_facets);
-  const auto limit = static_cast<std::size_t>(options.max_facets);
-  mesh.edge_m = options.edge_m > 0 ? options.edge_m : std::sqrt(4.5 * total_area(groups) / target);
-  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) {
-    return std::min(mesh.edge_m, panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
+  // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count of those that
+  // the edge length decides within 5 %.
+  const auto edge_within = [&](const glm::dvec3& p, std::size_t group, double longest_m) {
+    return std::min(longest_m, panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
   };
+  if (const std::size_t fixed = count_at_least(groups, outlines, edge_within); fixed >= kManyFixed)
+    mesh.fixed_facets = fixed;
+  const auto limit = static_cast<std::size_t>(options.max_facets);
+  mesh.edge_m = options.edge_m > 0 ? options.edge_m : usual_m;
+  const auto edge_m = [&](const glm::dvec3& p, std::size_t group) { return edge_within(p, group, mesh.edge_m); };
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (options.edge_m > 0 && total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
       return too_fine();
     mesh.facets = mesh_groups(groups, outlines, edge_m, 4 * limit);
-    const double ratio = static_cast<double>(mesh.facets.size()) / target;
+    const std::size_t free = mesh.facets.size() - std::min(mesh.facets.size(), mesh.fixed_facets);
+    const double ratio = static_cast<double>(std::max<std::size_t>(free, 1)) / options.target_facets;
     if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
       break;
     mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
