@@ -78,7 +78,7 @@ radiosity::ExchangeOptions exchange_options(const BakeOptions& options) {
 
 Result<LightElements> light_elements(const Problem& problem, bool fine, const BakeOptions& options) {
   return LightElements::make(problem.mesh, problem.patches, problem.apertures.list, problem.room_scene, problem.field,
-                             fine ? options.elements : std::size_t{0});
+                             fine ? problem.mesh.facets.size() + options.more_elements : std::size_t{0});
 }
 
 /// Exchange areas whose rows are closed against the openings.
@@ -139,11 +139,13 @@ Result<BakeOptions> quality_options(const std::string& name, bool given_points) 
   BakeOptions o;
   if (name == "draft") {
     o.target_facets = 700;
+    o.more_elements = 2900;
     o.gather_rays = 512;
     o.visibility_rays = 16384;
     o.spacing_m = 0.5;
   } else if (name == "high") {
     o.target_facets = 6000;
+    o.more_elements = 0;
     o.visibility_rays = 524288;
     o.gather_rays = 8192;
     o.spacing_m = 0.2;

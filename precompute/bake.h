@@ -45,7 +45,7 @@ struct BakeOptions {
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double memory_bytes = 0;               ///< that the bake may take; 0: no limit
   double compact_error = 0.03;           ///< of the factors of a fine sky
-  std::size_t elements = 3600;           ///< of the facets, on which the light of a fine sky falls: at least these
+  std::size_t more_elements = 1100;      ///< than facets, on which the light of a fine sky falls
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky
   ShOrder sh_order = ShOrder::second;    ///< fourth: the coefficients of l = 4 too
   bool audit = false;                    ///< measure the error at held-out points and skies

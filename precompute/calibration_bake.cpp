@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "precompute/cost_model.h"
 #include "precompute/probes.h"
@@ -13,7 +14,7 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr int kFacets = 640, kRegions = 64;
+constexpr int kCoarseFacets = 320, kRegions = 64;
 constexpr double kProbes = 900;
 constexpr double kVisibilityRays = 16384; // more change the error of the light by less than a thousandth of itself
 constexpr int kDirections = 4096;         // of 64 regions: 64 for each
@@ -192,8 +193,8 @@ double mean_spacing(const Bounds& room, const glm::ivec3& probes) {
   return std::cbrt(size.x / (probes.x - 1) * size.y / (probes.y - 1) * size.z / (probes.z - 1));
 }
 
-/// Two bakes at fixed settings, 320 and 640 facets, about 330 and 900 probes, 64 regions: their
-/// differences show what of the error belongs to the mesh and what to the grid.
+/// Two bakes at fixed settings, 320 facets and about 640, with edges by sqrt(2) shorter, about 330 and 900 probes, 64
+/// regions: their differences show what of the error belongs to the mesh and what to the grid.
 Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::vector<glm::dvec3>& points,
                                              const Bounds& box, const std::string& stand_on, double memory_bytes,
                                              const Progress& progress) {
@@ -222,7 +223,8 @@ Result<CalibrationBake> run_calibration_bake(const RoomFile& room, const std::ve
   BakeReport report;
   // Mesh and grid of the first are coarser: two meshes whose difference shows the error, two spacings for one law.
   for (const bool finer : {false, true}) {
-    options.target_facets = finer ? kFacets : kFacets / 2;
+    options.target_facets = kCoarseFacets;
+    options.facet_edge_m = finer ? calibration.coarse.facet_edge_m / std::numbers::sqrt2 : 0.0;
     options.spacing_m = calibration_spacing(calibration.bounds) * (finer ? 1.0 : kCoarser);
     report = BakeReport{};
     const auto volume = bake_room(room, sky, options, progress, report);

@@ -95,16 +95,15 @@ private:
     options.clusters = static_cast<std::size_t>(std::min(std::max(usual, kFacetsInClusters * facets), kMostClusters));
   }
 
-  /// Facets from the mesh error's power law; under a fine sky fewer patches, with more elements on them.
+  /// Facets from the mesh error's power law; under a fine sky fewer patches, with more elements on them. Their number
+  /// jumps where narrow faces are cut, so the mesh is made by the length of its edges: N ~ 1 / edge^2.
   void choose_mesh(double target, BakeOptions& options) const {
-    options.facet_edge_m = request_.facet_edge_m;
-    const int facets = choose_facets(target);
-    options.target_facets = facets;
-    options.elements = calibration_.fixed_facets + static_cast<std::size_t>(kElementFraction / kPatchFraction * facets);
-    if (fine() && request_.facets == 0 && request_.facet_edge_m == 0) {
-      options.target_facets = static_cast<int>(kPatchFraction * facets);
-      options.elements = calibration_.fixed_facets + static_cast<std::size_t>(kElementFraction * facets);
-    }
+    const bool planned = request_.facets == 0 && request_.facet_edge_m == 0;
+    const double patches = (fine() && planned ? kPatchFraction : 1.0) * choose_facets(target);
+    options.target_facets = static_cast<int>(patches);
+    options.more_elements = static_cast<std::size_t>((kElementFraction / kPatchFraction - 1.0) * patches);
+    options.facet_edge_m =
+        planned ? calibration_.fine.facet_edge_m * std::sqrt(calibration_.free_facets() / patches) : request_.facet_edge_m;
   }
 
   /// N = N_0 (e_0 / allowed)^(1 / a), the mesh error's power law solved for the facets.
@@ -171,7 +170,7 @@ private:
 
   /// Mesh error of `facets`, refined by the elements under a fine sky.
   double mesh_part(const BakeOptions& options, double facets) const {
-    const auto elements = static_cast<double>(options.elements - calibration_.fixed_facets);
+    const double elements = facets + static_cast<double>(options.more_elements);
     return mesh_error(calibration_, fine() ? equivalent_facets(facets, elements) : facets);
   }
 
@@ -235,12 +234,13 @@ private:
     // A fine sky is solved for its clusters, whatever the number of nodes.
     const double columns =
         kind.nodes ? static_cast<double>(options.clusters) : kind.stored(calibration_.stored_fraction);
-    const BakeWork work{facets + static_cast<double>(calibration_.fixed_facets),
+    const double all = facets + static_cast<double>(calibration_.fixed_facets);
+    const BakeWork work{all,
                         probes,
                         columns,
                         static_cast<double>(calibration_.channels),
                         static_cast<double>(options.gather_rays),
-                        static_cast<double>(options.elements),
+                        all + static_cast<double>(options.more_elements),
                         calibration_.seen_fraction,
                         compact_part()};
     p.seconds =

@@ -107,6 +107,26 @@ std::size_t count_at_least(const std::vector<PlaneGroup>& groups, const std::vec
   return mesh_groups(groups, outlines, edge_m, std::numeric_limits<std::size_t>::max()).size();
 }
 
+/// Seeks the edge length of a wanted number of facets, which jumps where narrow faces are cut: between the longest that
+/// gives more and the shortest that gives fewer.
+class EdgeSearch {
+public:
+  /// After a mesh with this edge length has `ratio` of the wanted facets.
+  double next(double edge_m, double ratio) {
+    (ratio > 1.0 ? more_m_ : fewer_m_) = edge_m;
+    const double step = edge_m * std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
+    return step > more_m_ && step < fewer_m_ ? step : std::sqrt(more_m_ * fewer_m_);
+  }
+  /// Where the wanted number lies in a jump: the longest that gives more.
+  double finer(double edge_m, double ratio) {
+    next(edge_m, ratio);
+    return more_m_ > 0.0 ? more_m_ : fewer_m_;
+  }
+
+private:
+  double more_m_ = 0.0, fewer_m_ = std::numeric_limits<double>::max();
+};
+
 Error too_fine() {
   return {ErrorCode::limit_exceeded, "more facets than the limit", "facet size", "use a larger --patch-size"};
 }
@@ -143,15 +163,17 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   const auto limit = static_cast<std::size_t>(options.max_facets);
   mesh.edge_m = options.edge_m > 0 ? options.edge_m : usual_m;
   const auto edge_m = [&](const glm::dvec3& p, std::size_t group) { return edge_within(p, group, mesh.edge_m); };
+  if (options.edge_m > 0 && total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
+    return too_fine();
+  EdgeSearch search;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
-    if (options.edge_m > 0 && total_area(groups) / (0.5 * mesh.edge_m * mesh.edge_m) > options.max_facets)
-      return too_fine();
     mesh.facets = mesh_groups(groups, outlines, edge_m, 4 * limit);
     const std::size_t free = mesh.facets.size() - std::min(mesh.facets.size(), mesh.fixed_facets);
     const double ratio = static_cast<double>(std::max<std::size_t>(free, 1)) / options.target_facets;
     if (options.edge_m > 0 || (ratio > 0.95 && ratio < 1.05))
       break;
-    mesh.edge_m *= std::pow(ratio, ratio > 1.0 ? 0.6 : 0.45);
+    const bool last = attempt + 2 >= kAttempts;
+    mesh.edge_m = last ? search.finer(mesh.edge_m, ratio) : search.next(mesh.edge_m, ratio);
   }
   if (mesh.facets.size() > limit)
     return too_fine();
