@@ -146,9 +146,7 @@ Command add_volume(CLI::App& program) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* parser =
       program.add_subcommand("volume", "a baked volume beside path tracing of its room: is what it claims true?");
-  parser->add_option("VOLUME", arguments->volume, "written by daylit-precompute")
-      ->required()
-      ->check(CLI::ExistingFile);
+  parser->add_option("VOLUME", arguments->volume, "written by daylit-precompute")->required()->check(CLI::ExistingFile);
   parser->add_option("--points", arguments->points, "in each room, at random, 10 cm and more off surfaces")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();

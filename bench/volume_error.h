@@ -14,7 +14,8 @@
 
 namespace daylit::bench {
 
-/// The volume's light under the skies of the truth; `scene`, of the volume's room, must outlive it. Errors of IndirectLight::make().
+/// The volume's light under the skies of the truth; `scene`, of the volume's room, must outlive it. Errors of
+/// IndirectLight::make().
 Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& truth, const BasisVolume& volume,
                                                 const RayScene& scene);
 

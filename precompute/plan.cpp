@@ -102,8 +102,8 @@ private:
     const double patches = (fine() && planned ? kPatchFraction : 1.0) * choose_facets(target);
     options.target_facets = static_cast<int>(patches);
     options.more_elements = static_cast<std::size_t>((kElementFraction / kPatchFraction - 1.0) * patches);
-    options.facet_edge_m =
-        planned ? calibration_.fine.facet_edge_m * std::sqrt(calibration_.free_facets() / patches) : request_.facet_edge_m;
+    options.facet_edge_m = planned ? calibration_.fine.facet_edge_m * std::sqrt(calibration_.free_facets() / patches)
+                                   : request_.facet_edge_m;
   }
 
   /// N = N_0 (e_0 / allowed)^(1 / a), the mesh error's power law solved for the facets.

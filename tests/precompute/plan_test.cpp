@@ -48,7 +48,7 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
           const Result<Plan> plan = make_plan(calibration, request);
           ASSERT_TRUE(plan) << plan.error().message();
           if (request.max_error < 0.08) {
-            EXPECT_GE(plan->options.target_facets, before->options.target_facets);
+            EXPECT_LE(plan->options.facet_edge_m, before->options.facet_edge_m);
             EXPECT_LE(plan->options.spacing_m, before->options.spacing_m);
             EXPECT_GE(plan->options.visibility_rays, before->options.visibility_rays);
             EXPECT_GE(plan->options.gather_rays, before->options.gather_rays);
@@ -93,6 +93,22 @@ TEST(Plan, one_place_sees_a_room_and_a_part_of_several_whose_factors_err_less) {
   EXPECT_LT(error_at(four), 0.6 * of_one);
   EXPECT_EQ(error_at(four, 1), of_one) << "probes in one room of four";
   EXPECT_NEAR(error_at(0.02), 0.4 * of_one, 0.01 * of_one) << "a large building";
+}
+
+TEST(Plan, calibration_meshes_differ_by_a_factor_of_two_beside_thousands_of_small_faces) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {4, 4, 3}, wall, 63 & ~4u);
+  b.wall_with_hole(0.0, 0, 4, 0, 3, 1, 3, 1, 2, wall);
+  for (int i = 0; i < 1600; ++i) { // plates of 2 cm before the wall behind, no two in one plane
+    const double x = 0.05 + 0.095 * (i % 40), y = 3.9 - 2e-4 * i, z = 0.05 + 0.07 * (i / 40);
+    b.quad({x, y, z}, {x + 0.02, y, z}, {x + 0.02, y, z + 0.02}, {x, y, z + 0.02}, wall);
+  }
+  const auto calibration =
+      run_calibration_bake({b.room, {}, ""}, {}, {}, "", 0.0, [](const std::string&, double) { return true; });
+  ASSERT_TRUE(calibration) << calibration.error().message();
+  EXPECT_NEAR(calibration->coarse.mean_facet_m2 / calibration->fine.mean_facet_m2, 2.0, 0.5);
+  EXPECT_LT(calibration->mesh_error, 0.1);
 }
 
 TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {

@@ -54,5 +54,29 @@ TEST(SizeField, a_mesh_has_its_facets_where_the_light_is_wanted) {
   EXPECT_GT(own, 2 * next);
 }
 
+TEST(SizeField, facets_that_faces_make_by_themselves_are_those_of_the_longest_edges) {
+  Room room = two_rooms();
+  const auto at = [&](double x, double y, double z) {
+    room.vertices.push_back({x, y, z});
+    return static_cast<std::uint32_t>(room.vertices.size() - 1);
+  };
+  std::vector<Aperture> panes; // reveals of six windows of the room where no light is wanted
+  for (int i = 0; i < 6; ++i) {
+    const double x = 0.2 + 0.6 * i;
+    panes.push_back({.corners = {{x, 8, 1}, {x + 0.4, 8, 1}, {x + 0.4, 8, 2}, {x, 8, 2}}, .inward = {0, -1, 0}});
+    for (const double z : {1.0, 2.0}) {
+      const std::array<std::uint32_t, 4> v{at(x, 8, z), at(x + 0.4, 8, z), at(x + 0.4, 7.9, z), at(x, 7.9, z)};
+      room.triangles.push_back({{v[0], v[1], v[2]}, 0});
+      room.triangles.push_back({{v[0], v[2], v[3]}, 0});
+    }
+  }
+  const std::vector<glm::dvec3> receivers{{1, 1, 1}, {3, 2, 2}, {2, 3, 1}};
+  const SizeField field(room, *RayScene::build(room), receivers);
+  const SurfaceMesh mesh = *mesh_surfaces(room, {.target_facets = 600, .field = field, .panes = panes});
+  const SurfaceMesh longest = *mesh_surfaces(room, {.edge_m = 1e6, .field = field, .panes = panes});
+  EXPECT_GE(mesh.fixed_facets, 100u);
+  EXPECT_EQ(mesh.fixed_facets, longest.facets.size());
+}
+
 } // namespace
 } // namespace daylit::radiosity

@@ -78,6 +78,38 @@ TEST(SurfaceMesh, requested_count_is_met_within_five_percent) {
   }
 }
 
+/// A wall with 1,600 plates of 2 cm before it, no two in one plane.
+Room wall_with_plates() {
+  Room room = wall_with_hole();
+  for (int i = 0; i < 1600; ++i) {
+    const glm::dvec3 low(0.05 * (i % 40) + 0.02, -0.1 - 2e-4 * i, 0.06 * (i / 40) + 0.02), u(0.02, 0, 0), v(0, 0, 0.02);
+    add_quad(room, low, low + v, low + v + u, low + u);
+  }
+  return room;
+}
+
+TEST(SurfaceMesh, count_that_is_met_is_of_facets_that_the_edge_length_decides) {
+  for (const int target : {200, 400}) {
+    const auto mesh = mesh_surfaces(wall_with_plates(), {.target_facets = target});
+    ASSERT_TRUE(mesh);
+    EXPECT_GE(mesh->fixed_facets, 3200u);
+    EXPECT_NEAR(static_cast<double>(mesh->facets.size() - mesh->fixed_facets) / target, 1.0, 0.05);
+  }
+}
+
+TEST(SurfaceMesh, where_the_count_jumps_at_an_edge_length_the_finer_mesh_is_taken) {
+  Room room; // 160 equal strips: all are cut in two at one edge length, in four at the next
+  room.materials.push_back({});
+  for (int i = 0; i < 160; ++i)
+    add_quad(room, {0, 0.1 * i, 0.01 * i}, {1, 0.1 * i, 0.01 * i}, {1, 0.1 * i + 0.05, 0.01 * i},
+             {0, 0.1 * i + 0.05, 0.01 * i});
+  for (const int target : {500, 1000, 1500}) {
+    const auto mesh = mesh_surfaces(room, {.target_facets = target});
+    ASSERT_TRUE(mesh);
+    EXPECT_GE(mesh->facets.size() - mesh->fixed_facets, static_cast<std::size_t>(0.95 * target)) << target;
+  }
+}
+
 TEST(SurfaceMesh, furniture_footprint_becomes_mesh_edges_on_the_floor) {
   Room room;
   room.materials.push_back({});
