@@ -68,7 +68,10 @@ Result<std::vector<MeasuredRoom>> measured_rooms(const BasisVolume& volume, cons
         rooms[0].points.push_back(volume.probes.origin + glm::dvec3(volume.probes.positions[i]));
     return rooms;
   }
-  const auto rays = RayScene::build(volume.room);
+  Room closed = volume.room; // no point stands within 10 cm of a pane either
+  for (Material& m : closed.materials)
+    m.is_window = false;
+  const auto rays = RayScene::build(closed);
   if (!rays)
     return rays.error();
   const auto sampler = LightFieldSampler::make(volume);
@@ -147,7 +150,7 @@ Command add_volume(CLI::App& program) {
   CLI::App* parser =
       program.add_subcommand("volume", "a baked volume beside path tracing of its room: is what it claims true?");
   parser->add_option("VOLUME", arguments->volume, "written by daylit-precompute")->required()->check(CLI::ExistingFile);
-  parser->add_option("--points", arguments->points, "in each room, at random, 10 cm and more off surfaces")
+  parser->add_option("--points", arguments->points, "in each room, at random, 10 cm and more off surfaces and panes")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   parser->add_option("--samples", arguments->settings.samples, "paths per point and axis, each sky")

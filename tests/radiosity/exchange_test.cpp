@@ -166,7 +166,7 @@ TEST(BlockVisibility, two_boards_a_millimetre_apart_do_not_hide_their_own_outer_
 }
 
 TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
-  const Furnished f(400, false, 8); // 1,280 facets, each a plane of its own
+  const Furnished f(600, false, 8); // 1,280 facets, each a plane of its own
   const ClusterTree tree(f.items, 32);
   const BlockVisibility visibility(convex_obstacles(f.room, f.mesh.origin));
   std::size_t curved_clear = 0, front = 0, behind = 0;
