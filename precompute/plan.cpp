@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -99,11 +100,24 @@ private:
   /// jumps where narrow faces are cut, so the mesh is made by the length of its edges: N ~ 1 / edge^2.
   void choose_mesh(double target, BakeOptions& options) const {
     const bool planned = request_.facets == 0 && request_.facet_edge_m == 0;
-    const double patches = (fine() && planned ? kPatchFraction : 1.0) * choose_facets(target);
+    double patches = (fine() && planned ? kPatchFraction : 1.0) * choose_facets(target);
+    options.facet_edge_m = request_.facet_edge_m;
+    if (planned) {
+      options.facet_edge_m =
+          std::min(calibration_.fine.facet_edge_m * std::sqrt(calibration_.free_facets() / patches), wall_m());
+      patches = facets_of(options);
+    }
     options.target_facets = static_cast<int>(patches);
     options.more_elements = static_cast<std::size_t>((kElementFraction / kPatchFraction - 1.0) * patches);
-    options.facet_edge_m = planned ? calibration_.fine.facet_edge_m * std::sqrt(calibration_.free_facets() / patches)
-                                   : request_.facet_edge_m;
+  }
+
+  /// Shortest side of a room, in the mean; infinite where none is known. Facets longer than that are too few for the
+  /// law: of a building with many rooms the calibration meshes are so coarse.
+  double wall_m() const {
+    double sum = 0;
+    for (const RoomPoints& room : calibration_.rooms)
+      sum += std::min({room.box.size().x, room.box.size().y, room.box.size().z});
+    return sum > 0 ? sum / static_cast<double>(calibration_.rooms.size()) : std::numeric_limits<double>::infinity();
   }
 
   /// N = N_0 (e_0 / allowed)^(1 / a), the mesh error's power law solved for the facets.

@@ -100,6 +100,24 @@ TEST(Plan, one_place_sees_a_room_and_a_part_of_several_whose_factors_err_less) {
   EXPECT_NEAR(error_at(0.02), 0.4 * of_one, 0.01 * of_one) << "a large building";
 }
 
+TEST(Plan, edges_are_no_longer_than_a_rooms_walls_are_high) {
+  CalibrationBake calibration = invented_room(0.001, 0.04, 0.1);
+  calibration.fine.facet_edge_m = 6.0;
+  PlanRequest request;
+  request.max_error = 0.04;
+  const double free = make_plan(calibration, request)->options.facet_edge_m;
+  EXPECT_GT(free, 6.0);
+  for (const double height : {2.5, 3.5}) {
+    Bounds box;
+    box.include({0, 0, 0});
+    box.include({9, 7, height});
+    calibration.rooms.push_back({box});
+  }
+  const Result<Plan> plan = make_plan(calibration, request);
+  EXPECT_DOUBLE_EQ(plan->options.facet_edge_m, 3.0);
+  EXPECT_NEAR(plan->options.target_facets, 640 * 4, 1) << "as N ~ 1 / edge^2";
+}
+
 TEST(Plan, target_out_of_reach_is_refused_with_the_smallest_that_is_not) {
   const CalibrationBake calibration = invented_room(0.03, 0.04, 0.1);
   PlanRequest request;
