@@ -206,7 +206,7 @@ TEST(NearSurfaces, light_half_a_metre_from_strips_of_sunlight_7_to_25_cm_wide_er
     for (const double elevation : {46.0, 50.0, 54.0})
       measure(points_by_a_strip(), *volume, sun_at(azimuth, elevation), errors);
   EXPECT_LT(std::sqrt(errors.sums_corrected / errors.sums_power),
-            0.07); // 4.6 to 5.8 % on four meshes of 883 to 1,459 facets; met at their middles 9.4
+            0.07); // 4.6 to 5.8 % on three meshes of 883 to 1,459 facets; met at their middles 9.4
 }
 
 TEST(NearSurfaces, light_before_reveals_under_a_smooth_sky_errs_by_less_than_8_percent) {
