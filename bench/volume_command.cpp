@@ -82,7 +82,7 @@ Result<std::vector<MeasuredRoom>> measured_rooms(const BasisVolume& volume, cons
       rooms.push_back({fmt::format("room {}", i + 1), std::move(points)});
   if (rooms.empty())
     return Error{ErrorCode::not_found, "the volume's report names no room", "VOLUME",
-                 "bake it without --no-audit, with the present version"};
+                 "bake it with --max-error: then it is measured room by room"};
   return rooms;
 }
 

@@ -200,7 +200,7 @@ TEST(BlockVisibility, facets_of_a_sphere_hide_nothing_from_one_another) {
   EXPECT_GT(report.clear_pairs, report.facing_pairs * 3 / 5);
   const auto light = first_bounce(f.set, f.mesh, f.scene, f.apertures, *SkyPartition::uniform(64), kSilent);
   const auto sums = m->row_sums();
-  double square = 0, worst = 0; // the worst row is 0.9e-3 to 1.2e-3 off on meshes of 400 to 1,000 facets
+  double square = 0, worst = 0; // the worst row is up to 1.2e-3 off on meshes of 400, 600, 800 and 1,000 facets
   for (std::size_t i = 0; i < sums.size(); ++i) {
     const double off = sums[i] / f.set.patches[i].area_m2 + static_cast<double>(light->opening[i]) - 1.0;
     square += off * off / static_cast<double>(sums.size());

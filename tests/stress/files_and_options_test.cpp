@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 
 #include "tests/stress/good_files.h"
@@ -252,6 +253,23 @@ TEST_F(FilesAndOptions, a_volume_of_another_room_is_refused) {
   EXPECT_EQ(run_in(f, "daylit-run config.toml --quiet").exit_code, 0);
   edit(f / "room.mtl", "0.5 0.5 0.5", "0.5 0.4 0.5");
   expect_said(run_in(f, "daylit-run config.toml --quiet"), 1, {"room.obj", "another room", "bake"});
+}
+
+TEST_F(FilesAndOptions, a_volume_is_compared_with_path_tracing_room_by_room_where_its_bake_was_measured) {
+  if (!has_program("daylit-bench"))
+    GTEST_SKIP() << "this build has no daylit-bench";
+  const fs::path f = folder();
+  const std::string compare = "daylit-bench volume room.volume --points 4 --samples 256 --suns 1 --json --quiet";
+  expect_said(run_in(f, "daylit-precompute room.obj -o room.volume --force" + kSettings), 0, {});
+  expect_said(run_in(f, compare), 1, {"names no room", "--max-error"});
+  expect_said(run_in(f, "daylit-precompute room.obj -o room.volume --force --max-error 10 --quiet"), 0, {});
+  const Outcome outcome = run_in(f, compare);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto rooms = nlohmann::json::parse(outcome.out)["rooms"];
+  ASSERT_EQ(rooms.size(), 1u);
+  EXPECT_EQ(rooms[0]["points"].size(), 4u);
+  EXPECT_GT(rooms[0]["smooth_claimed"], 0.0);
+  EXPECT_LT(rooms[0]["smooth"], 0.2);
 }
 
 TEST_F(FilesAndOptions, a_lens_that_folds_back_inside_its_picture_is_refused) {
