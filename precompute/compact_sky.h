@@ -29,6 +29,8 @@ struct CompactOptions {
 
 /// At most; fewer cost more source factors, more cost more rank.
 constexpr std::size_t kProbesInCluster = 180;
+/// The same of given points: far apart, they have little in common that a few components could hold.
+constexpr std::size_t kGivenPointsInCluster = 24;
 
 struct CompactReport {
   std::size_t nodes = 0, sources = 0; ///< nodes: that light any source
@@ -58,9 +60,9 @@ struct GatherRows {
 /// Points of each cluster of probes. Point p is probe probe_of_point[p].
 using ProbeClusters = std::vector<std::vector<std::uint32_t>>;
 /// `part`: of each point. No cluster holds points of two parts of the air, because the error of a cluster is shared by
-/// its points and light must not come through a wall. Empty: all in one.
+/// its points and light must not come through a wall. Empty: all in one. `most`: points in a cluster.
 ProbeClusters probe_clusters(const ProbeSet& probes, std::span<const std::size_t> probe_of_point,
-                             std::span<const std::uint32_t> part, std::size_t most = kProbesInCluster);
+                             std::span<const std::uint32_t> part, std::size_t most);
 
 /// `light`: with fractions for each of the clusters; `partition`: of nodes. Errors: interrupted.
 Result<CompactBasis> compact_sky(const SurfaceLight& light, const GatherRows& gather, const ProbeClusters& clusters,

@@ -17,7 +17,7 @@ namespace daylit::precompute {
 namespace {
 
 // Parts of the target. Together 0.67 of it; a bake that misses is repeated with better knowledge.
-constexpr double kMeshPart = 0.45, kGridPart = 0.38;
+constexpr double kMeshPart = 0.45, kMeshPartOfRooms = 0.36, kGridPart = 0.38;
 constexpr double kSunPart = 2.0;
 constexpr double kOrderPart = 0.25; ///< of the target: what nine coefficients may leave of irradiance
 constexpr int kFewestFacets = 200, kMostFacets = 60000;
@@ -124,7 +124,8 @@ private:
   int choose_facets(double target) const {
     if (request_.facets > 0)
       return request_.facets;
-    const double more = std::pow(calibration_.mesh_error / (kMeshPart * target), 1.0 / kCostModel.mesh_exponent);
+    const double part = calibration_.rooms.size() > 1 ? kMeshPartOfRooms : kMeshPart,
+                 more = std::pow(calibration_.mesh_error / (part * target), 1.0 / kCostModel.mesh_exponent);
     return static_cast<int>(std::clamp(more * calibration_.free_facets(), double(kFewestFacets), double(kMostFacets)));
   }
 

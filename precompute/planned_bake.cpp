@@ -91,8 +91,7 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
 /// Carries the measured errors back to the settings of the calibration bake by the same powers that predicted them.
 CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report) {
   CalibrationBake better = calibration;
-  better.mesh_error = estimated_mesh_error(calibration, report) *
-                      std::pow(finer_than(calibration.fine, report), kCostModel.mesh_exponent);
+  better.mesh_error *= estimated_mesh_error(calibration, report) / plan.predicted.mesh;
   if (!plan.options.points.empty())
     return better;
   const glm::ivec3 count =

@@ -17,7 +17,8 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr std::size_t kReport = 32; ///< points between reports of progress
-constexpr double kOwnRays = 4;      ///< that a member of a group is expected to meet, to count by itself
+constexpr double kOwnRays = 4;      ///< that members of a group are expected to meet together, to be told from others
+constexpr std::size_t kRuns = 4;    ///< of a group that are told apart: fewer, and it counts as one
 
 glm::vec3 turned(const glm::vec3& d, const glm::vec2& turn) {
   return {d.x * turn.x - d.y * turn.y, d.x * turn.y + d.y * turn.x, d.z};
@@ -207,20 +208,23 @@ std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::s
   return groups;
 }
 
-/// A member of area A at distance r is expected to meet N A cos / (4 pi r^2) of the N rays: at least kOwnRays of those
-/// that meet the most.
-bool GatherHits::distinguishes(const glm::dvec3& point, const Group& g) const {
+/// n members of area A at distance r are expected to meet N n A cos / (4 pi r^2) of the N rays: at least kOwnRays of
+/// those that meet the most.
+std::size_t GatherHits::told_apart(const glm::dvec3& point, const Group& g) const {
   const double own_sr = kOwnRays * 4.0 * std::numbers::pi / static_cast<double>(rays_),
-               height = std::abs(glm::dot(point - g.middle, g.normal)), area = g.member_m2 / own_sr;
+               height = std::abs(glm::dot(point - g.middle, g.normal));
+  const auto members = [&](double r) { return own_sr * r * r * r / (height * g.member_m2); };
+  const std::size_t count = g.end - g.first;
   const double nearest = std::max(glm::distance(point, g.middle) - g.radius, height);
-  if (area * height <= nearest * nearest * nearest)
-    return false;
-  for (std::uint32_t k = g.first; k < g.end; ++k) {
-    const double distance = glm::distance(point, set_->patches[k].middle());
-    if (area * height > distance * distance * distance)
-      return true;
-  }
-  return false;
+  if (!(members(nearest) < static_cast<double>(count / 2)))
+    return count;
+  double fewest = std::numeric_limits<double>::infinity();
+  for (std::uint32_t k = g.first; k < g.end; ++k)
+    fewest = std::min(fewest, members(glm::distance(point, set_->patches[k].middle())));
+  std::size_t run = 1;
+  while (run < count && static_cast<double>(run) <= fewest)
+    run *= 2;
+  return std::min(run, count);
 }
 
 std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::int32_t>& again) const {
@@ -248,28 +252,33 @@ void GatherHits::count_rays(std::size_t point, std::span<std::uint64_t> rays) co
     add(ray.patch, static_cast<std::uint64_t>(1.0 + per_sr * static_cast<double>(ray.solid_angle_sr)));
 }
 
+/// A group of which fewer than kRuns runs are told apart counts as one.
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
   for (const Group& g : groups_)
-    if (distinguishes(origin_[point], g))
+    if (const std::size_t run = told_apart(origin_[point], g); run == 1 || kRuns * run <= g.end - g.first)
       groups[g.group] = 1;
 }
 
-/// The sums of a group that is not distinguished go to its members in proportion to their areas.
+/// The sums of a run that is not told apart go to its members in proportion to their areas.
 void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::uint32_t> aggregate_of,
                                 std::vector<float>& sum) const {
   for (const Group& g : groups_) {
-    const std::size_t count = g.end - g.first;
-    if (aggregate_of[g.first] == aggregate_of[g.end - 1] || distinguishes(point, g))
+    if (aggregate_of[g.first] == aggregate_of[g.end - 1])
       continue;
-    std::array<float, RayFan::kStride> all{};
-    float* of_group = sum.data() + aggregate_of[g.first] * RayFan::kStride; // every patch is an aggregate
-    for (std::size_t k = 0; k < count; ++k)
-      for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        all[l] += of_group[k * RayFan::kStride + l];
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto fraction = static_cast<float>(set_->patches[g.first + k].area_m2 / (g.member_m2 * (g.end - g.first)));
-      for (std::size_t l = 0; l < RayFan::kStride; ++l)
-        of_group[k * RayFan::kStride + l] = fraction * all[l];
+    const auto run = static_cast<std::uint32_t>(told_apart(point, g));
+    for (std::uint32_t first = g.first; run > 1 && first < g.end; first += run) {
+      const std::uint32_t end = std::min(first + run, g.end);
+      std::array<float, RayFan::kStride> all{};
+      double area_m2 = 0;
+      const auto of = [&](std::uint32_t k) { return sum.data() + aggregate_of[k] * RayFan::kStride; };
+      for (std::uint32_t k = first; k < end; ++k) {
+        area_m2 += set_->patches[k].area_m2;
+        for (std::size_t l = 0; l < RayFan::kStride; ++l)
+          all[l] += of(k)[l];
+      }
+      for (std::uint32_t k = first; k < end; ++k)
+        for (std::size_t l = 0; l < RayFan::kStride; ++l)
+          of(k)[l] = static_cast<float>(set_->patches[k].area_m2 / area_m2) * all[l];
     }
   }
 }

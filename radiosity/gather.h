@@ -17,8 +17,9 @@ namespace daylit::radiosity {
 
 struct GatherOptions {
   int rays = 1024; ///< per point, over the whole sphere
-  /// Not empty: group of each patch; the members of one follow each other. From afar a group counts as one: what its
-  /// rays bring is divided by area where a member meets too few of them for its part to be more than noise.
+  /// Not empty: group of each patch; the members of one follow each other, and those of each half of it, and of each
+  /// half of these, are neighbours. What the rays of a run of 2^k members bring is divided by area where fewer meet too
+  /// few rays for their part to be more than noise; from afar a group counts as one.
   std::span<const std::uint32_t> group = {};
   const WholeFaces* faces = nullptr; ///< of the same facets; most rays are then quicker. Kept by reference
 };
@@ -51,7 +52,7 @@ public:
   /// at least 1. Several threads may add to the list.
   void count_rays(std::size_t point, std::span<std::uint64_t> rays) const;
   static constexpr std::uint64_t kRay = 4096;
-  /// Sets groups[g] (GatherOptions::group) to 1 where the members count by themselves at the point.
+  /// Sets groups[g] (GatherOptions::group) to 1 where members, or runs of them, count by themselves at the point.
   void mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const;
 
 private:
@@ -66,7 +67,8 @@ private:
     double radius;    ///< of the sphere about the middle that holds the middles of the patches
   };
   static std::vector<Group> groups_of(const PatchSet& set, std::span<const std::uint32_t> group);
-  bool distinguishes(const glm::dvec3& point, const Group& group) const;
+  /// Members of a group that only count together at the point: 1, 2, 4 and so on, up to all.
+  std::size_t told_apart(const glm::dvec3& point, const Group& group) const;
   void divide_by_area(const glm::dvec3& point, std::span<const std::uint32_t> aggregate_of,
                       std::vector<float>& sum) const;
   // A fan: all directions from a point, turned by an angle of its own. Fan p is the first one of point p.

@@ -105,7 +105,8 @@ Result<std::vector<std::uint32_t>> bake_fine_sky(const Stage& s, std::vector<rad
                                                  BasisVolume& volume, BakeReport& report) {
   SurfaceLightReport surfaces;
   sharpen_nodes(volume.partition, rows);
-  const ProbeClusters clusters = probe_clusters(volume.probes, s.points.probe, s.fit.part());
+  const ProbeClusters clusters = probe_clusters(volume.probes, s.points.probe, s.fit.part(),
+                                                volume.probes.is_grid ? kProbesInCluster : kGivenPointsInCluster);
   const auto sight = probe_sight(s, clusters);
   if (!sight)
     return sight.error();

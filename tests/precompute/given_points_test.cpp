@@ -85,5 +85,22 @@ TEST(GivenPoints, normal_quality_is_within_1_and_1_5_percent) {
   expect_errors(*precompute::quality_options("normal", true), "uniform:256", 0.010, 0.015);
 }
 
+/// Points all over a room have little in common: seen as one cluster, they lost 3 % where 1.4 were asked, in several
+/// rooms 9.
+TEST(GivenPoints, far_apart_keep_the_fine_sky_as_exactly_as_asked) {
+  precompute::BakeOptions options = *precompute::quality_options("draft", true);
+  options.compact_error = 0.014;
+  for (int i = 0; i < 168; ++i)
+    options.points.push_back({0.1 + 0.0226 * (i * 37 % 168), 0.1 + 0.0286 * (i * 71 % 168), 0.1 + 0.0155 * i});
+  const auto room = read_room(test::kTruthFolder / "s1_daylit_cornell.obj");
+  ASSERT_TRUE(room) << room.error().message();
+  precompute::BakeReport report;
+  const auto volume = precompute::bake_room(
+      *room, *SkyPartition::parse("fine:4096"), options, [](const std::string&, double) { return true; }, report);
+  ASSERT_TRUE(volume) << volume.error().message();
+  std::printf("%zu clusters of points, %.2f %% rms\n", report.compact.probe_clusters, 100 * report.compact.rms_error);
+  EXPECT_LE(report.compact.rms_error, 1.5 * options.compact_error);
+}
+
 } // namespace
 } // namespace daylit
