@@ -64,6 +64,18 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
       }
 }
 
+TEST(Plan, a_mesh_that_missed_its_part_is_followed_by_a_finer_one) {
+  CalibrationBake calibration = invented_room(0.03, 0.02, 0.0);
+  calibration.coarse.mean_facet_m2 = 2 * (calibration.fine.mean_facet_m2 = 0.5);
+  const auto first = make_plan(calibration, {});
+  ASSERT_TRUE(first) << first.error().message();
+  BakeReport report;
+  report.mean_facet_m2 = 0.6; // outlines and panes made few of the facets where light comes from
+  const CalibrationBake better = corrected(calibration, *first, report);
+  EXPECT_GT(better.mesh_error, calibration.mesh_error);
+  EXPECT_LT(make_plan(better, {})->options.facet_edge_m, first->options.facet_edge_m);
+}
+
 /// Of each room's surfaces the others see nothing: `rooms` of 4 x 4 x 3 m side by side, with a hole to the sky each.
 double seen_in(int rooms) {
   test::RoomBuilder b;
