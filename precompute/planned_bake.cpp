@@ -91,7 +91,9 @@ Result<void> bake_plan(const RoomFile& room, radiosity::WorkStore* store, const 
 /// Carries the measured errors back to the settings of the calibration bake by the same powers that predicted them.
 CalibrationBake corrected(const CalibrationBake& calibration, const Plan& plan, const BakeReport& report) {
   CalibrationBake better = calibration;
-  better.mesh_error *= estimated_mesh_error(calibration, report) / plan.predicted.mesh;
+  const double mesh = estimated_mesh_error(calibration, report);
+  // Two calibration meshes that are the same, because faces make all facets, show no error that could be scaled.
+  better.mesh_error = plan.predicted.mesh > 0 ? calibration.mesh_error * mesh / plan.predicted.mesh : mesh;
   if (!plan.options.points.empty())
     return better;
   const glm::ivec3 count =

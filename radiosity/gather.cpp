@@ -210,7 +210,7 @@ std::vector<GatherHits::Group> GatherHits::groups_of(const PatchSet& set, std::s
 
 /// n members of area A at distance r are expected to meet N n A cos / (4 pi r^2) of the N rays: at least kOwnRays of
 /// those that meet the most.
-std::size_t GatherHits::told_apart(const glm::dvec3& point, const Group& g) const {
+std::size_t GatherHits::members_together(const glm::dvec3& point, const Group& g) const {
   const double own_sr = kOwnRays * 4.0 * std::numbers::pi / static_cast<double>(rays_),
                height = std::abs(glm::dot(point - g.middle, g.normal));
   const auto members = [&](double r) { return own_sr * r * r * r / (height * g.member_m2); };
@@ -255,7 +255,7 @@ void GatherHits::count_rays(std::size_t point, std::span<std::uint64_t> rays) co
 /// A group of which fewer than kRuns runs are told apart counts as one.
 void GatherHits::mark_distinguished(std::size_t point, std::span<std::uint8_t> groups) const {
   for (const Group& g : groups_)
-    if (const std::size_t run = told_apart(origin_[point], g); run == 1 || kRuns * run <= g.end - g.first)
+    if (const std::size_t run = members_together(origin_[point], g); run == 1 || kRuns * run <= g.end - g.first)
       groups[g.group] = 1;
 }
 
@@ -265,7 +265,7 @@ void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::ui
   for (const Group& g : groups_) {
     if (aggregate_of[g.first] == aggregate_of[g.end - 1])
       continue;
-    const auto run = static_cast<std::uint32_t>(told_apart(point, g));
+    const auto run = static_cast<std::uint32_t>(members_together(point, g));
     for (std::uint32_t first = g.first; run > 1 && first < g.end; first += run) {
       const std::uint32_t end = std::min(first + run, g.end);
       std::array<float, RayFan::kStride> all{};

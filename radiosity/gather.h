@@ -68,7 +68,7 @@ private:
   };
   static std::vector<Group> groups_of(const PatchSet& set, std::span<const std::uint32_t> group);
   /// Members of a group that only count together at the point: 1, 2, 4 and so on, up to all.
-  std::size_t told_apart(const glm::dvec3& point, const Group& group) const;
+  std::size_t members_together(const glm::dvec3& point, const Group& group) const;
   void divide_by_area(const glm::dvec3& point, std::span<const std::uint32_t> aggregate_of,
                       std::vector<float>& sum) const;
   // A fan: all directions from a point, turned by an angle of its own. Fan p is the first one of point p.

@@ -76,6 +76,18 @@ TEST(Plan, a_mesh_that_missed_its_part_is_followed_by_a_finer_one) {
   EXPECT_LT(make_plan(better, {})->options.facet_edge_m, first->options.facet_edge_m);
 }
 
+TEST(Plan, calibration_meshes_that_are_the_same_are_followed_by_a_plan_too) {
+  CalibrationBake calibration = invented_room(0.0, 0.02, 0.0);
+  calibration.coarse.mean_facet_m2 = calibration.fine.mean_facet_m2 = 0.5;
+  const auto first = make_plan(calibration, {});
+  ASSERT_TRUE(first) << first.error().message();
+  BakeReport report;
+  report.mean_facet_m2 = 0.5;
+  const auto next = make_plan(corrected(calibration, *first, report), {});
+  ASSERT_TRUE(next) << next.error().message();
+  EXPECT_EQ(next->options.facet_edge_m, first->options.facet_edge_m);
+}
+
 /// Of each room's surfaces the others see nothing: `rooms` of 4 x 4 x 3 m side by side, with a hole to the sky each.
 double seen_in(int rooms) {
   test::RoomBuilder b;
