@@ -21,8 +21,10 @@ namespace {
 constexpr int kSeedPoints = 16, kSeedRays = 256, kSideRays = 16, kSecondLookRays = 64, kGreetingRays = 8;
 constexpr int kOutdoorRays = 24; // all of them lost in the sky: the outside of a wall
 // Meshes of planes that meet do not share vertices: between them are cracks one float rounding wide. A ray counts when
-// rays beside it, moved by far more than that at both ends, arrive too. Lengths in units of RayScene::surface_offset.
+// rays beside it, moved by far more than that at both ends and ending on the same facet, arrive too: beyond the facet's
+// edge may be the inside of a wall. Lengths in units of RayScene::surface_offset.
 constexpr double kRaised = 1.0, kBeside = 64.0, kBesideAtLeast = 8.0;
+constexpr double kThin = 8.0;       // a facet lower than this may be what rounding left of a floor behind its wall
 constexpr double kSeedDepth = 16.0; // of the points in the openings where the search starts
 constexpr int kWitnesses = 4, kWitnessesNeeded = 2;
 // Two sides of a narrow gap that meet few of each other's rays are joined by segments between the parts that face.
@@ -62,14 +64,22 @@ struct Side {
   int side; ///< 0 front, 1 back
 };
 
-/// Where a ray starts or ends, the plane there, and how far away in that plane a witness may stand.
+/// Where a ray starts or ends, how far away a witness may stand, and the facet that it stands on; in the air there is
+/// none, and it stands across the ray.
 struct RayEnd {
   glm::dvec3 point, normal;
   double beside_m;
+  const Facet* facet = nullptr;
 
-  glm::dvec3 witness(double turn) const {
+  /// On a facet a step towards some other point of it, never beyond its edges.
+  glm::dvec3 witness(const glm::dvec2& u) const {
+    if (facet != nullptr) {
+      glm::dvec3 way = on_triangle(facet->corner, u) - point;
+      way -= glm::dot(way, normal) * normal;
+      return point + std::min(1.0, beside_m / glm::length(way)) * way;
+    }
     const OrthonormalBasis basis(normal);
-    const double angle = 2.0 * std::numbers::pi * turn;
+    const double angle = 2.0 * std::numbers::pi * u.x;
     return point + beside_m * (std::cos(angle) * basis.u + std::sin(angle) * basis.v);
   }
 };
@@ -137,7 +147,7 @@ private:
   RayEnd end_on(const Side& s, const glm::dvec3& point) const {
     const double beside =
         std::clamp(0.25 * height_m(mesh_.facets[s.facet]), kBesideAtLeast * offset_m_, kBeside * offset_m_);
-    return {point + kRaised * offset_m_ * outward(s), outward(s), beside};
+    return {point + kRaised * offset_m_ * outward(s), outward(s), beside, &mesh_.facets[s.facet]};
   }
   static std::uint64_t ray_seed(const Side& s, std::uint32_t k) {
     return mix_bits(2ull * s.facet + static_cast<std::uint64_t>(s.side)) + k;
@@ -164,17 +174,21 @@ private:
   bool witnessed(const RayEnd& from, const RayEnd& to, std::uint64_t seed) const {
     int seen = 0;
     for (std::uint32_t k = 0; k < kWitnesses && seen < kWitnessesNeeded; ++k) {
-      const glm::dvec2 turn = r2_point(k, random_shift(seed));
-      const glm::dvec3 start = from.witness(turn.x), way = to.witness(turn.y) - start;
+      const glm::dvec3 start = from.witness(r2_point(k, random_shift(seed)));
+      const glm::dvec3 way = to.witness(r2_point(k, random_shift(~seed))) - start;
       seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, 1.0f) ? 0 : 1;
     }
     return seen >= kWitnessesNeeded;
   }
 
   void mark(const Side& s) {
-    if (!std::exchange(reached_[s.facet][s.side], true))
+    if (!std::exchange(reached_[s.facet][s.side], true) && !thin(s.facet))
       frontier_.push_back(s);
   }
+
+  bool thin(std::uint32_t facet) const { return height_m(mesh_.facets[facet]) < kThin * offset_m_; }
+  /// Others may be lit by it.
+  bool passes_on(const Side& s) const { return reached_[s.facet][s.side] && !thin(s.facet); }
 
   /// Few rays find small facets: those not found look for a reached side themselves. One that sees nothing but sky
   /// sends nothing into the room.
@@ -198,8 +212,7 @@ private:
       double distance = 0.0;
       const auto met = meets(from.point, d, distance);
       outdoors = outdoors && !met;
-      if (met && reached_[met->facet][met->side] &&
-          witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
+      if (met && passes_on(*met) && witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
         return true;
     }
     return false;
@@ -211,7 +224,7 @@ private:
     bool found = false;
     near_.visit(s.facet, kJoinReach * longest_edge_m(mesh_.facets[s.facet]), [&](std::uint32_t facet) {
       for (int side = 0; side < 2 && !found; ++side)
-        found = reached_[facet][side] && joined(s, {facet, side});
+        found = passes_on({facet, side}) && joined(s, {facet, side});
       return !found;
     });
     return found;

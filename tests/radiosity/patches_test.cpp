@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <gtest/gtest.h>
@@ -90,6 +91,38 @@ TEST(Patches, both_faces_of_a_gap_one_millimetre_wide_are_found_to_its_end_where
     // The outside of the south wall sees hardly anything but sky, and only its border is kept.
     EXPECT_NEAR(found.area_m2 - found.facing_south_m2, 2 * (inside - south) + 1.6 * 1.2 + skin, 1e-6) << edge_m;
     EXPECT_GT(found.facing_south_m2, south + skin_north) << edge_m;
+  }
+}
+
+/// Two rooms and a doorway between them. Their walls are sheets 12 cm apart whose floors and ceilings end at them: the
+/// inside of the wall is open above and below, and a facet's edge lies on every sheet.
+Room rooms_with_a_hollow_wall(double turn) {
+  Room room = testing::grey_room(0.5f);
+  testing::add_box(room, {0, 0, 0}, {4, 5, 2.8}, 0b110011u, true);
+  testing::add_box(room, {0, 5.12, 0}, {4, 9, 2.8}, 0b111011u, true);
+  testing::add_box(room, {1, 5, 0}, {2, 5.12, 2.05}, 0b110011u, true);
+  const auto wall = [&](double y, const std::array<double, 4>& x, const std::array<double, 4>& z) {
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j)
+        if ((i != 1 || j != 1) && z[j + 1] > z[j])
+          add_quad(room, {x[i], y, z[j]}, {x[i], y, z[j + 1]}, {x[i + 1], y, z[j + 1]}, {x[i + 1], y, z[j]});
+  };
+  wall(0, {0, 1.2, 2.8, 4}, {0, 0.9, 2.1, 2.8});
+  wall(5, {0, 1, 2, 4}, {0, 0, 2.05, 2.8});
+  wall(5.12, {0, 1, 2, 4}, {0, 0, 2.05, 2.8});
+  for (glm::dvec3& v : room.vertices)
+    v = glm::round(1e5 * glm::dvec3(std::cos(turn) * v.x - std::sin(turn) * v.y,
+                                    std::sin(turn) * v.x + std::cos(turn) * v.y, v.z)) /
+        1e5;
+  return room;
+}
+
+TEST(Patches, insides_of_hollow_walls_stay_dark_though_rays_end_on_the_edges_of_floors) {
+  const double first = 2 * (4 * 5 + 4 * 2.8 + 5 * 2.8) - 1.6 * 1.2 - 2.05;
+  const double second = 2 * (4 * 3.88 + 4 * 2.8 + 3.88 * 2.8) - 2.05, doorway = 0.12 * (2 * 2.05 + 2);
+  for (int k = 0; k < 60; ++k) {
+    const double turn = 0.45 + 0.01 * k, edge_m = 0.3 + 0.01 * k;
+    EXPECT_NEAR(find(rooms_with_a_hollow_wall(turn), edge_m).area_m2, first + second + doorway, 1e-3) << edge_m;
   }
 }
 
