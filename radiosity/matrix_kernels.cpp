@@ -1,5 +1,7 @@
 #include "radiosity/matrix_kernels.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <string>
 
@@ -11,6 +13,7 @@ namespace daylit::radiosity {
 namespace {
 constexpr const char* kVariable = "OPENBLAS_CORETYPE";
 constexpr std::string_view kOfUnknownProcessors = "Prescott";
+constexpr std::array<std::string_view, 2> kOfAvx2 = {"Haswell", "Zen"}; ///< AMD's with AVX-512 get these too
 } // namespace
 
 VectorInstructions VectorInstructions::of_this_processor() {
@@ -25,9 +28,10 @@ VectorInstructions VectorInstructions::of_this_processor() {
 }
 
 std::optional<std::string_view> better_kernels(std::string_view chosen, const VectorInstructions& instructions) {
-  if (chosen != kOfUnknownProcessors || !instructions.avx2)
-    return std::nullopt;
-  return instructions.avx512 ? "SkylakeX" : "Haswell";
+  const bool unknown = chosen == kOfUnknownProcessors;
+  if (instructions.avx512 && (unknown || std::ranges::find(kOfAvx2, chosen) != kOfAvx2.end()))
+    return "SkylakeX";
+  return unknown && instructions.avx2 ? std::optional<std::string_view>("Haswell") : std::nullopt;
 }
 
 void use_matrix_kernels_of_this_processor(char** argv) {

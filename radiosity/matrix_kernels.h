@@ -2,7 +2,7 @@
 
 // OpenBLAS chooses its matrix kernels by the model number of the processor when it is loaded. One that is younger than
 // the library (0.3.21, Debian 12: Intel's Emerald Rapids) gets kernels for SSE3, with which a bake takes 1.3 to 2 times
-// as long (docs/notes/bake.md).
+// as long, and AMD's with AVX-512 get kernels for AVX2 (docs/notes/bake.md).
 
 #include <optional>
 #include <string_view>
