@@ -182,9 +182,13 @@ Result<void> FramePasses::draw_shadow_maps(const RoomBuffers& room, const Object
   return object_maps_.draw(shadow_, objects.caster(), lights.lights.lights(), object_half_depth_);
 }
 
-void FramePasses::draw_room_ids(const RoomBuffers& room, const RenderTargets& targets) const {
+/// Openings first, for their depths only: pixels that show what is beyond keep the id 0.
+void FramePasses::draw_room_ids(const RoomBuffers& room, const glm::vec3& eye, const RenderTargets& targets) const {
   targets.start_room_ids();
   gl_->UseProgram(ids_.name());
+  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  room.draw_openings(gl_, eye);
+  gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   room.draw(gl_);
 }
 

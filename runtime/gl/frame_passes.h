@@ -59,7 +59,7 @@ public:
   void set_frame(const PinholeCamera& camera, const glm::dvec3& origin, const BoundingSphere& sphere,
                  float room_half_depth, const FrameLights& lights);
   Result<void> draw_shadow_maps(const RoomBuffers& room, const ObjectBuffers& objects, const FrameLights& lights);
-  void draw_room_ids(const RoomBuffers& room, const RenderTargets& targets) const;
+  void draw_room_ids(const RoomBuffers& room, const glm::vec3& eye, const RenderTargets& targets) const;
   void draw_object_ids(const RoomBuffers& room, const ObjectBuffers& objects, const RenderTargets& targets) const;
   void light_picture(const RoomBuffers& room, const ObjectBuffers& objects, const LightBuffers& lights,
                      const RenderTargets& targets) const;

@@ -185,7 +185,7 @@ Result<void> Renderer::draw(RenderedFrame& frame) {
     if (const auto drawn = s.passes.draw_shadow_maps(s.room, s.objects, s.lights); !drawn)
       return drawn;
   if (!s.room_ids_are_valid)
-    s.passes.draw_room_ids(s.room, s.targets);
+    s.passes.draw_room_ids(s.room, s.rays.eye, s.targets);
   s.maps_are_valid = s.room_ids_are_valid = true;
   s.passes.draw_object_ids(s.room, s.objects, s.targets);
   s.passes.light_picture(s.room, s.objects, s.light_lists, s.targets);

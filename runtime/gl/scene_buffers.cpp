@@ -104,6 +104,14 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
   }
   if (b.source_.size() > kMostTriangles)
     return too_many_triangles(b.source_.size(), "room");
+  for (const Aperture& a : apertures) {
+    const auto w = static_cast<float>(-glm::dot(a.inward, a.corners[0] - origin));
+    b.openings_.push_back({glm::vec4(glm::vec3(a.inward), w), static_cast<int>(corners.size()),
+                           static_cast<int>(3 * (a.corners.size() - 2))});
+    for (std::size_t k = 2; k < a.corners.size(); ++k) // convex: a fan
+      for (const std::size_t c : {std::size_t{0}, k - 1, k})
+        corners.emplace_back(a.corners[c] - origin);
+  }
   for (const std::uint32_t i : occluding_triangles(room, apertures))
     for (int k = 0; k < 3; ++k)
       occluder_corners.emplace_back(room.corner(room.triangles[i], k) - origin);
@@ -119,6 +127,13 @@ Result<RoomBuffers> RoomBuffers::make(const Gl& gl, const Room& room, std::span<
 void RoomBuffers::draw(const Gl& gl) const {
   gl->BindVertexArray(array_.name());
   gl->DrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(3 * source_.size()));
+}
+
+void RoomBuffers::draw_openings(const Gl& gl, const glm::vec3& eye) const {
+  gl->BindVertexArray(array_.name());
+  for (const Opening& o : openings_)
+    if (glm::dot(glm::vec3(o.plane), eye) + o.plane.w > 0.0f)
+      gl->DrawArrays(GL_TRIANGLES, o.first, o.vertices);
 }
 
 void RoomBuffers::bind(const Gl& gl) const { bind_list(gl, kRoomPlanes, plane_list_); }

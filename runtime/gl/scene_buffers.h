@@ -49,6 +49,8 @@ public:
   static Result<RoomBuffers> make(const Gl& gl, const Room& room, std::span<const Aperture> apertures,
                                   const glm::dvec3& origin);
   void draw(const Gl& gl) const;
+  /// The openings that a ray from `eye` leaves by: what is seen of the room ends there.
+  void draw_openings(const Gl& gl, const glm::vec3& eye) const;
   void bind(const Gl& gl) const; ///< lists of shaders/picture_fragment.glsl
   /// Of the room; kUnknownTriangle for id 0.
   std::uint32_t triangle(std::uint32_t id) const;
@@ -63,6 +65,11 @@ private:
   GlVertexArray array_, occluder_array_;
   std::vector<std::uint32_t> source_; ///< in the room, of each triangle
   std::vector<glm::vec4> planes_;     ///< the same: dot(xyz, x) + w = 0, unit
+  struct Opening {
+    glm::vec4 plane; ///< positive inside
+    int first, vertices;
+  };
+  std::vector<Opening> openings_; ///< after the triangles
   int occluder_vertex_count_ = 0;
 };
 

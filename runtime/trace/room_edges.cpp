@@ -81,7 +81,7 @@ void VisibleSurfaces::add_room_sample(const RoomMesh& mesh, RoomParts& parts, co
 }
 
 /// Stays without parts where there is one surface, or a window beside it.
-void VisibleSurfaces::sample_room_edge(const PacketScene& room, const RoomMesh& mesh, RoomEdge& edge) const {
+void VisibleSurfaces::sample_room_edge(const SeenRoom& room, RoomEdge& edge) const {
   const glm::vec2 middle(static_cast<int>(edge.pixel) % width_, static_cast<int>(edge.pixel) / width_);
   RayPacket16 rays;
   RayHits16 hits;
@@ -96,20 +96,20 @@ void VisibleSurfaces::sample_room_edge(const PacketScene& room, const RoomMesh& 
       return;
     }
     const glm::vec2 p = middle + sample_offset(k);
-    add_room_sample(mesh, edge.parts,
+    add_room_sample(room.mesh, edge.parts,
                     {hits.triangle[k], eye() + hits.distance[k] * direction(p.x, p.y), 1.0f / kLanes});
   }
   if (edge.parts.count == 1)
     edge.parts = {};
 }
 
-void VisibleSurfaces::find_room_edges(const PacketScene& room, const RoomMesh& mesh) {
+void VisibleSurfaces::find_room_edges(const SeenRoom& room) {
   std::vector<std::vector<RoomEdge>> rows(static_cast<std::size_t>(block_rows()));
   parallel_for(tbb::blocked_range<int>(0, block_rows(), 4), [&](const tbb::blocked_range<int>& range) {
     for (int row = range.begin(); row != range.end(); ++row)
       for (int column = 0; column < block_columns(); ++column)
         if (!is_plain(column, row))
-          find_room_edges(room, mesh, column, row, rows[static_cast<std::size_t>(row)]);
+          find_room_edges(room, column, row, rows[static_cast<std::size_t>(row)]);
   });
   room_edge_of_.assign(room_hits_.size(), kNoEdge);
   room_edges_.clear();
@@ -123,18 +123,17 @@ void VisibleSurfaces::find_room_edges(const PacketScene& room, const RoomMesh& m
 }
 
 /// In one block.
-void VisibleSurfaces::find_room_edges(const PacketScene& room, const RoomMesh& mesh, int column, int row,
-                                      std::vector<RoomEdge>& found) const {
+void VisibleSurfaces::find_room_edges(const SeenRoom& room, int column, int row, std::vector<RoomEdge>& found) const {
   const PixelBox pixels =
       PixelBox{column * kBlockSide, row * kBlockSide, (column + 1) * kBlockSide, (row + 1) * kBlockSide}.clipped(
           width_, height_);
   for (int y = pixels.y0; y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x) {
-      if (!shows_room_edge(mesh, x, y))
+      if (!shows_room_edge(room.mesh, x, y))
         continue;
       RoomEdge edge;
       edge.pixel = static_cast<std::uint32_t>(y * width_ + x);
-      sample_room_edge(room, mesh, edge);
+      sample_room_edge(room, edge);
       if (edge.parts.count > 0)
         found.push_back(edge);
     }

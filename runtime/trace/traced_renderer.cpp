@@ -131,6 +131,19 @@ RoomMesh room_mesh(const Room& room, const glm::dvec3& origin, std::span<const s
   return mesh;
 }
 
+/// Convex, as fans.
+void add_openings(RoomMesh& mesh, std::span<const Aperture> apertures, const glm::dvec3& origin) {
+  for (const Aperture& a : apertures) {
+    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+    for (const glm::dvec3& corner : a.corners)
+      mesh.vertices.emplace_back(corner - origin);
+    for (std::uint32_t k = 2; k < a.corners.size(); ++k) {
+      mesh.triangles.push_back({first, first + k - 1, first + k});
+      mesh.normals.emplace_back(a.inward);
+    }
+  }
+}
+
 std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
   std::vector<std::uint32_t> list;
   for (std::uint32_t i = 0; i < room.triangles.size(); ++i)
@@ -162,7 +175,7 @@ struct TracedRenderer::State {
   std::vector<glm::vec3> hull; ///< points around the objects
   RigidMotion motion;          ///< of the objects since their hierarchy was built or refitted
   PacketScene room;
-  RoomMesh mesh; ///< what `room` was built from
+  RoomMesh mesh; ///< what `room` was built from, openings too
   std::vector<Aperture> apertures;
   std::size_t occluder_count = 0;
   PinholeCamera camera;
@@ -178,9 +191,9 @@ struct TracedRenderer::State {
 
 void TracedRenderer::State::find_surfaces() {
   if (!room_is_traced)
-    view.trace_room(room, mesh);
+    view.trace_room({room, mesh});
   if (!objects_are_traced)
-    view.trace_objects(scene.objects, {scene.triangles, scene.normals}, room, mesh,
+    view.trace_objects(scene.objects, {scene.triangles, scene.normals}, {room, mesh},
                        scene.triangles.empty() ? PixelBox{} : projected_box(camera, scene.origin, hull),
                        kApart * static_cast<float>(scene.sphere.radius));
   room_is_traced = objects_are_traced = true;
@@ -248,6 +261,7 @@ Result<TracedRenderer> TracedRenderer::make(const Room& room, std::span<const Ap
     scene.room_normals.emplace_back(glm::length(n) > 0.0 ? glm::normalize(n) : glm::dvec3(0.0, 0.0, 1.0));
   }
   state->mesh.normals = scene.room_normals;
+  add_openings(state->mesh, apertures, scene.origin);
   for (auto [target, mesh] : {std::pair{&state->room, &whole}, std::pair{&scene.occluders, &occluders}}) {
     auto built = PacketScene::build(mesh->vertices, mesh->triangles);
     if (!built)

@@ -108,8 +108,8 @@ void VisibleSurfaces::add_sample(Edge& edge, int place, const ObjectHit& sample)
   edge.hits[edge.hit_count++].places = bit;
 }
 
-void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh,
-                                   std::size_t first, std::size_t count) {
+void VisibleSurfaces::sample_edges(const PacketScene& objects, const SeenRoom& room, std::size_t first,
+                                   std::size_t count) {
   RayPacket16 rays;
   RayHits16 room_hits, object_hits;
   std::uint32_t lanes = 0;
@@ -125,7 +125,7 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
       lanes |= 1u << k;
     else if (triangle != kNoTriangle) {
       room_hits.triangle[k] = triangle;
-      room_hits.distance[k] = plane_depth(mesh, triangle).at(x, y);
+      room_hits.distance[k] = plane_depth(room.mesh, triangle).at(x, y);
     }
   }
   const std::uint32_t used = (1u << (count * kCoverageSamples)) - 1u;
@@ -161,12 +161,12 @@ void VisibleSurfaces::sample_edges(const PacketScene& objects, const PacketScene
       const std::size_t k = e * kCoverageSamples + s;
       behind[s] = {room_hits.triangle[k], eye() + room_hits.distance[k] * sample_direction(at.x, at.y, s)};
     }
-    find_uncovered(mesh, edge, behind);
+    find_uncovered(room.mesh, edge, behind);
   }
 }
 
-void VisibleSurfaces::trace_objects(const PacketScene& objects, const ObjectShape& shape, const PacketScene& room,
-                                    const RoomMesh& mesh, const PixelBox& box, float apart_m) {
+void VisibleSurfaces::trace_objects(const PacketScene& objects, const ObjectShape& shape, const SeenRoom& room,
+                                    const PixelBox& box, float apart_m) {
   shape_ = shape;
   apart_m_ = apart_m;
   // One pixel around, so that the edges of the objects lie in the box.
@@ -188,7 +188,7 @@ void VisibleSurfaces::trace_objects(const PacketScene& objects, const ObjectShap
   parallel_for(tbb::blocked_range<std::size_t>(0, (edges_.size() + kEdgesPerBlock - 1) / kEdgesPerBlock, 32),
                [&](const auto& range) {
                  for (std::size_t b = range.begin(); b != range.end(); ++b)
-                   sample_edges(objects, room, mesh, b * kEdgesPerBlock,
+                   sample_edges(objects, room, b * kEdgesPerBlock,
                                 std::min<std::size_t>(kEdgesPerBlock, edges_.size() - b * kEdgesPerBlock));
                });
 }

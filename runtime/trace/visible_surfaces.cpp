@@ -125,8 +125,31 @@ void VisibleSurfaces::bound_block(int column, int row) {
       lo.x > hi.x ? BlockBound{} : BlockBound{0.5f * (lo + hi), 0.5001f * glm::length(hi - lo)};
 }
 
+/// Behind an opening through which a ray enters, the room goes on.
+void SeenRoom::closest(LaneMask lanes, RayPacket16 along, RayHits16& hits) const {
+  constexpr float kBehind = 1.0f + 1e-5f;
+  rays.closest(lanes, along, hits);
+  for (LaneMask entering = lanes; entering != 0;) {
+    entering = 0;
+    for (std::size_t k = 0; k < kLanes; ++k)
+      if ((lanes >> k & 1u) && hits.triangle[k] != kNoTriangle && hits.triangle[k] >= mesh.source.size()) {
+        if (glm::dot(along.direction(k), mesh.normals[hits.triangle[k]]) > 0.0f)
+          entering |= 1u << k;
+        else
+          hits.triangle[k] = kNoTriangle;
+        along.tnear[k] = kBehind * hits.distance[k];
+      }
+    if (RayHits16 behind; entering != 0) {
+      rays.closest(entering, along, behind);
+      for (std::size_t k = 0; k < kLanes; ++k)
+        if (entering >> k & 1u)
+          hits.triangle[k] = behind.triangle[k], hits.distance[k] = behind.distance[k];
+    }
+  }
+}
+
 /// A row of corners, sixteen to a packet.
-void VisibleSurfaces::trace_corners(const PacketScene& room, int row) {
+void VisibleSurfaces::trace_corners(const SeenRoom& room, int row) {
   const int count = block_columns() + 1;
   RayPacket16 rays;
   RayHits16 hits;
@@ -156,7 +179,7 @@ VisibleSurfaces::PlaneDepth VisibleSurfaces::plane_depth(const RoomMesh& mesh, s
   return {glm::dot(n, rays_.corner) / height, glm::dot(n, rays_.right) / height, glm::dot(n, rays_.down) / height};
 }
 
-void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int row) {
+void VisibleSurfaces::trace_room_block(const SeenRoom& room, int column, int row) {
   RayPacket16 rays;
   RayHits16 hits;
   const int x0 = column * kBlockSide, y0 = row * kBlockSide;
@@ -169,8 +192,8 @@ void VisibleSurfaces::trace_room_block(const PacketScene& room, int column, int 
   }
 }
 
-void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) {
-  crossed_ = blocks_with_outlines(mesh, camera_, origin_, kBlockSide);
+void VisibleSurfaces::trace_room(const SeenRoom& room) {
+  crossed_ = blocks_with_outlines(room.mesh, camera_, origin_, kBlockSide);
   corners_.resize(static_cast<std::size_t>(block_columns() + 1) * (block_rows() + 1));
   parallel_for(0, block_rows() + 1, [&](int row) { trace_corners(room, row); });
   room_.assign(blocks_.size(), {});
@@ -187,11 +210,11 @@ void VisibleSurfaces::trace_room(const PacketScene& room, const RoomMesh& mesh) 
         if (!is_plain(column, row))
           trace_room_block(room, column, row);
         else if (block.triangle = corner(column, row).triangle; block.triangle != kNoTriangle)
-          block.plane = plane_depth(mesh, block.triangle);
+          block.plane = plane_depth(room.mesh, block.triangle);
         bound_block(column, row);
       }
   });
-  find_room_edges(room, mesh);
+  find_room_edges(room);
 }
 
 } // namespace daylit

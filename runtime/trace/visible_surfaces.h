@@ -18,12 +18,21 @@
 
 namespace daylit {
 
-/// The room's triangles relative to an origin, as they are traced.
+/// The room's triangles relative to an origin, as they are traced, and after them those of the openings.
 struct RoomMesh {
   std::vector<glm::vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> source; ///< in the room
-  std::vector<glm::vec3> normals;    ///< of the triangles, unit
+  std::vector<std::uint32_t> source; ///< in the room, but for the openings
+  std::vector<glm::vec3> normals;    ///< of the triangles, unit; of openings those to the inside
+};
+
+/// What of the room is seen along rays. Nothing of it beyond an opening through which a ray leaves: what stands outside
+/// is lit by a sky that the volume does not know. `mesh`: what `rays` was built from.
+struct SeenRoom {
+  const PacketScene& rays;
+  const RoomMesh& mesh;
+  /// Triangles and distances as PacketScene::closest().
+  void closest(LaneMask lanes, RayPacket16 along, RayHits16& hits) const;
 };
 
 /// Where the picture shows one plane of the room and nothing else: there one ray per block of pixels is enough.
@@ -78,12 +87,11 @@ public:
   static constexpr std::size_t kMostRoomParts = 3; ///< of a pixel
 
   void set_camera(const PinholeCamera& camera, const glm::dvec3& origin);
-  /// `mesh`: what `room` was built from.
-  void trace_room(const PacketScene& room, const RoomMesh& mesh);
+  void trace_room(const SeenRoom& room);
   /// `box`: pixels that the objects may cover; everything outside it shows none.
   /// `apart_m`: surfaces further apart in depth are shaded separately.
-  void trace_objects(const PacketScene& objects, const ObjectShape& shape, const PacketScene& room,
-                     const RoomMesh& mesh, const PixelBox& box, float apart_m);
+  void trace_objects(const PacketScene& objects, const ObjectShape& shape, const SeenRoom& room, const PixelBox& box,
+                     float apart_m);
 
   int width_px() const { return width_; }
   int height_px() const { return height_; }
@@ -192,14 +200,14 @@ private:
     std::uint32_t first_hit = kPlain; ///< in room_hits_
   };
   PlaneDepth plane_depth(const RoomMesh& mesh, std::uint32_t triangle) const;
-  void trace_corners(const PacketScene& room, int row);
+  void trace_corners(const SeenRoom& room, int row);
   bool shows_one_triangle(int column, int row) const;
   /// At the first pixel of a block, or behind the last.
   const RoomHit& corner(int column, int row) const {
     return corners_[static_cast<std::size_t>(row) * (static_cast<std::size_t>(block_columns()) + 1) +
                     static_cast<std::size_t>(column)];
   }
-  void trace_room_block(const PacketScene& room, int column, int row);
+  void trace_room_block(const SeenRoom& room, int column, int row);
   void bound_block(int column, int row);
   std::uint32_t room_triangle(int x, int y) const {
     const RoomBlock& block = room_[block_index(x / kBlockSide, y / kBlockSide)];
@@ -208,10 +216,9 @@ private:
   RoomPart room_part(int x, int y) const;
   bool room_differs(const RoomMesh& mesh, const RoomPart& a, const RoomPart& b) const;
   bool shows_room_edge(const RoomMesh& mesh, int x, int y) const;
-  void find_room_edges(const PacketScene& room, const RoomMesh& mesh);
-  void find_room_edges(const PacketScene& room, const RoomMesh& mesh, int column, int row,
-                       std::vector<RoomEdge>& found) const;
-  void sample_room_edge(const PacketScene& room, const RoomMesh& mesh, RoomEdge& edge) const;
+  void find_room_edges(const SeenRoom& room);
+  void find_room_edges(const SeenRoom& room, int column, int row, std::vector<RoomEdge>& found) const;
+  void sample_room_edge(const SeenRoom& room, RoomEdge& edge) const;
   void add_room_sample(const RoomMesh& mesh, RoomParts& parts, const RoomPart& sample) const;
   std::span<const RoomPart> room_edge(int x, int y) const;
   void find_uncovered(const RoomMesh& mesh, Edge& edge, std::span<const RoomPart, kCoverageSamples> room) const;
@@ -219,8 +226,7 @@ private:
   bool neighbours_differ(int x, int y) const;
   bool turned(const ObjectHit& a, const ObjectHit& b) const;
   void find_edges();
-  void sample_edges(const PacketScene& objects, const PacketScene& room, const RoomMesh& mesh, std::size_t first,
-                    std::size_t count);
+  void sample_edges(const PacketScene& objects, const SeenRoom& room, std::size_t first, std::size_t count);
   void add_sample(Edge& edge, int place, const ObjectHit& sample) const;
 
   int width_ = 0, height_ = 0;
