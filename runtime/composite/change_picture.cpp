@@ -41,15 +41,6 @@ float relative(const Rgb& change, const Rgb& before) {
   return largest;
 }
 
-/// 1 + change / before, not below zero.
-Rgb ratio(const Rgb& change, const Rgb& before) {
-  Rgb ratio(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (before[c] > 0.0f)
-      ratio[c] = std::max(1.0f + change[c] / before[c], 0.0f);
-  return ratio;
-}
-
 bool covers(const RenderedFrame& drawn, const PixelBox& pixels) {
   for (int y = pixels.y0; y < pixels.y1; ++y)
     for (int x = pixels.x0; x < pixels.x1; ++x)
@@ -93,6 +84,23 @@ ViewPoint ViewCorners::look(int x, int y) const {
   point.triangle = hit.triangle;
   point.position = camera_->eye() + static_cast<double>(hit.distance) * point.direction;
   return point;
+}
+
+std::vector<ViewCorners::Part> ViewCorners::parts(int x, int y) const {
+  const glm::ivec2 p =
+      distorted()
+          ? glm::ivec2(glm::round(camera_->drawn_position[static_cast<std::size_t>(y) * camera_->photo_width_px +
+                                                          static_cast<std::size_t>(x)]))
+          : glm::ivec2(x, y);
+  std::array<RoomSurfacePart, kMostRoomParts> surfaces;
+  const bool is_drawn = p.x >= 0 && p.y >= 0 && p.x < camera_->width_px && p.y < camera_->height_px;
+  const std::size_t count = renderer_ && is_drawn ? renderer_->room_parts(p.x, p.y, surfaces) : 0;
+  std::vector<Part> parts;
+  for (const RoomSurfacePart& part : std::span(surfaces).first(count))
+    parts.push_back(
+        {{true, part.surface.triangle, part.surface.position, glm::normalize(part.surface.position - camera_->eye())},
+         part.fraction});
+  return parts;
 }
 
 /// 3 t^2 - 2 t^3 of t = relative change / kThreshold - 1/2.
@@ -185,7 +193,7 @@ void ChangePicture::set_corner(std::size_t i, const Light& light) {
   const Rgb before = light.change.before + light.sun;
   const float fraction = drawn_fraction(light.change.irradiance, before);
   lights_[i].left_out = (1.0f - fraction) * relative(light.change.irradiance, before);
-  ratios_[i] = ratio(fraction * light.change.irradiance, before);
+  ratios_[i] = light_ratio(fraction * light.change.irradiance, before);
   changes_[i] = {light.change.irradiance, before};
 }
 
@@ -237,6 +245,11 @@ std::optional<PixelChange> ChangePicture::at(int x, int y, const ViewPoint& poin
   return kind == Kind::nothing ? std::nullopt : drawn(between_planes(x, y, kind, point));
 }
 
+Rgb ChangePicture::light_before(const ViewPoint& point) const {
+  return field_->at(point.triangle, point.position, point.direction).before +
+         field_->sun_irradiance(point.triangle, point.position, point.direction);
+}
+
 std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
   if (kind_at(x, y) == Kind::interpolate) {
     Rgb ratio;
@@ -244,7 +257,7 @@ std::optional<Rgb> ChangePicture::ratio_at(int x, int y) const {
     return ratio;
   }
   const auto change = at(x, y);
-  return change ? std::optional(ratio(change->irradiance, change->before)) : std::nullopt;
+  return change ? std::optional(light_ratio(change->irradiance, change->before)) : std::nullopt;
 }
 
 void ChangePicture::interpolate_row(int x, int y, int count, Rgb* ratios) const {

@@ -8,6 +8,7 @@
 // before it, about half a code value of a bright sRGB pixel, it is brought to zero smoothly. What is not drawn is
 // below two thirds of kThreshold, and reported.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -34,6 +35,15 @@ inline bool exceeds(const Rgb& before, const Rgb& after, float threshold) {
   return differs.x | differs.y | differs.z; // no branch: it would be guessed wrong at every faint edge
 }
 
+/// 1 + change / before, not below zero; 1 where there was no light.
+inline Rgb light_ratio(const Rgb& change, const Rgb& before) {
+  Rgb ratio(1.0f);
+  for (int c = 0; c < 3; ++c)
+    if (before[c] > 0.0f)
+      ratio[c] = std::max(1.0f + change[c] / before[c], 0.0f);
+  return ratio;
+}
+
 /// The point of the room in a pixel.
 struct ViewPoint {
   bool seen = false; ///< false: the pixel shows no surface
@@ -53,6 +63,12 @@ public:
 
   /// Through any pixel.
   ViewPoint look(int x, int y) const;
+  /// The surfaces of the room, where a pixel shows several: of the drawn pixel nearest to the photograph's.
+  struct Part {
+    ViewPoint point;
+    float fraction = 0.0f; ///< of the pixel
+  };
+  std::vector<Part> parts(int x, int y) const;
   int columns() const { return columns_; } ///< of blocks; corners are one more each way
   int rows() const { return rows_; }
   std::size_t index(int column, int row) const { return static_cast<std::size_t>(row) * (columns_ + 1) + column; }
@@ -91,6 +107,9 @@ public:
   std::optional<PixelChange> at(int x, int y) const;
   /// The same at one of several surfaces that the pixel shows.
   std::optional<PixelChange> at(int x, int y, const ViewPoint& point) const;
+  /// Irradiance without objects, sun included, also where nothing changes.
+  Rgb light_before(const ViewPoint& point) const;
+  const ViewCorners& view() const { return *view_; }
   /// What the room's radiance is multiplied with where nothing but this change happens; empty as at().
   std::optional<Rgb> ratio_at(int x, int y) const;
 

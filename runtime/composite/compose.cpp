@@ -53,14 +53,11 @@ inline Rgb changed(const Rgb& photo, const RoomLoss& loss, const Rgb& reflectanc
     const Rgb change = reflectance * loss.lost * std::numbers::inv_pi_v<float>;
     return glm::max(photo - settings.photo.apply(change), Rgb(0.0f));
   }
-  Rgb ratio(1.0f);
-  for (int c = 0; c < 3; ++c)
-    if (loss.before[c] > 0.0f)
-      ratio[c] = std::max(1.0f - loss.lost[c] / loss.before[c], 0.0f);
-  return photo * ratio;
+  return photo * light_ratio(-loss.lost, loss.before);
 }
 
 constexpr int kBlock = ChangePicture::kBlock;
+constexpr float kLarge = 0.1f; // change of one surface that would show in a pixel of several
 
 /// Some number of a row of pixels differs by more than the threshold, as exceeds() says.
 bool any_exceeds(const float* before, const float* after, std::size_t count, float threshold) {
@@ -106,7 +103,7 @@ private:
     const float coverage = std::min(pixel.object.w, 1.0f);
     const Rgb before = photo_[photo_.index(x, y)];
     if (coverage < kLeastCoverage && !casts_shadow(pixel) && settings_.mode == ShadowMode::ratio) {
-      const auto ratio = change_ && settings_.differential ? change_->ratio_at(x, y) : std::nullopt;
+      const auto ratio = change_ && settings_.differential ? change_ratio(x, y) : std::nullopt;
       return ratio ? std::optional(Pixel{before * *ratio, coverage}) : std::nullopt;
     }
     Rgb background = before;
@@ -156,6 +153,28 @@ private:
     return object_over(glm::mix(behind, before * drawn_.things->light_ratio(x, y), part), pixel);
   }
 
+  /// What nothing but the change of indirect light makes of a pixel. One that shows several surfaces of the room holds
+  /// the sum of f rho E, f their parts of the pixel: sum f rho (E + change) / sum f rho E.
+  std::optional<Rgb> change_ratio(int x, int y) const {
+    const std::optional<Rgb> single = change_->ratio_at(x, y);
+    if (!single || change_->kind_at(x, y) == ChangePicture::Kind::interpolate || !exceeds(Rgb(1.0f), *single, kLarge))
+      return single;
+    const std::vector<ViewCorners::Part> parts = change_->view().parts(x, y);
+    if (parts.empty())
+      return single;
+    std::array<std::optional<PixelChange>, kMostRoomParts> change;
+    for (std::size_t k = 0; k < parts.size(); ++k)
+      change[k] = change_->at(x, y, parts[k].point);
+    Rgb before(0.0f), gained(0.0f);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      const auto point = room_(parts[k].point.direction, parts[k].point.triangle);
+      const Rgb weight = parts[k].fraction * (point ? point->reflectance : Rgb(0.0f));
+      before += weight * (change[k] ? change[k]->before : change_->light_before(parts[k].point));
+      gained += change[k] ? weight * change[k]->irradiance : Rgb(0.0f);
+    }
+    return light_ratio(gained, before);
+  }
+
   /// A block where nothing but the indirect light of the room changes.
   void change_block(const PixelBox& block, Composite& result, Counts& counts) const {
     using Kind = ChangePicture::Kind;
@@ -173,7 +192,7 @@ private:
         continue;
       }
       for (int k = 0; k < block.width(); ++k)
-        if (const auto single = change_->ratio_at(block.x0 + k, y))
+        if (const auto single = change_ratio(block.x0 + k, y))
           write(first + k, {photo_[first + k] * *single, 0.0f}, result, counts);
     }
   }

@@ -16,8 +16,10 @@
 namespace daylit {
 
 namespace {
-constexpr double kSkin = 0.01;     // of an object's radius: its own facets cast no shadow closer than this
-constexpr float kMostScale = 2.0f; // of what is hidden, to agree with the volume
+constexpr double kSkin = 0.01;        // of an object's radius: its own facets cast no shadow closer than this
+constexpr double kSameSun = 0.999994; // cosine of a fifth of a degree
+constexpr float kLeastGain = 0.05f, kWholeGain = 0.15f; // of the light before, from which on it is scaled
+constexpr float kMostScale = 2.0f;                      // of what is hidden, to agree with the volume
 
 /// One entry for each side. Weights are added in the order in which they stand.
 void merge(std::vector<Receiver::Sender>& senders) {
@@ -162,6 +164,36 @@ Rgb LitScene::sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const Direc
     sum += patch->reflectance * (patches.irradiance(*patch) + windows.sun_sample(0, seen + kAirGap_m * there, there));
   });
   return sum / static_cast<float>(pattern.points().size());
+}
+
+Rgb LitScene::sent_of_sun(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const {
+  Rgb sum(0.0f);
+  look_around(rays, x, n, pattern, [&](std::uint32_t triangle, const glm::dvec3& seen, const glm::dvec3& w) {
+    const glm::dvec3& there = normal_of(triangle, w);
+    sum += reflectance(triangle) * windows.sun_sample(0, seen + kAirGap_m * there, there);
+  });
+  return sum / static_cast<float>(pattern.points().size());
+}
+
+/// (E + V E_sky) / (E' + V E_sky), E' by the directions of the pattern.
+Rgb LitScene::gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& here, const glm::dvec3& x,
+                         const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const {
+  const float share = luminance(gain) / std::max(luminance(before), std::numeric_limits<float>::min());
+  const float t = std::clamp((share - kLeastGain) / (kWholeGain - kLeastGain), 0.0f, 1.0f);
+  if (!windows.has_sun() || t == 0.0f)
+    return Rgb(1.0f);
+  const glm::dvec3 air = x + kAirGap_m * n;
+  if (receiver.around.empty())
+    receiver.around = find_around(rays, patches, air, n, pattern);
+  const Rgb sun = glm::max(windows.sun_normal_irradiance(), Rgb(std::numeric_limits<float>::min()));
+  if (glm::dot(receiver.sun, windows.sun_direction()) < kSameSun) {
+    receiver.sun = windows.sun_direction();
+    receiver.of_sun = sent_of_sun(air, n, pattern) / sun;
+  }
+  Rgb sent = receiver.of_sun * sun;
+  for (const SeenPatch& s : receiver.around)
+    sent += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
+  return glm::mix(Rgb(1.0f), agreement(before, sent + (before - here.indirect_irradiance)), t);
 }
 
 /// E = E_indirect + V_window E_sky.

@@ -51,7 +51,9 @@ struct Receiver {
   };
   std::vector<View> views;                ///< of each object, until it or one before it moves
   float surrounded = 0.0f;                ///< until an object moves: surrounded()
-  std::vector<SeenPatch> around;          ///< what the room shows, found where an object first surrounds x
+  std::vector<SeenPatch> around;          ///< what the room shows, found where it is first asked for
+  glm::dvec3 sun{0.0};                    ///< direction that the following belongs to
+  Rgb of_sun{0.0f};                       ///< what sunlit surfaces of the room send, of the sun's normal irradiance
   std::optional<float> window_visibility; ///< past the room
 };
 
@@ -88,9 +90,16 @@ struct LitScene {
   Rgb mirrored_irradiance(const Receiver& receiver) const;
   Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
+  /// Of x in the air with normal n, what sent_by_room() has of the sun.
+  Rgb sent_of_sun(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
   /// Irradiance of x with normal n from the room's surfaces, the sunlit ones too, as the directions of the pattern see
   /// them without the objects.
   Rgb sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
+  /// A gain is drawn as a part of the light before it. Beside a sun patch, which probes blur, that light is what the
+  /// room's surfaces send: the gain times this is the same part of what the volume says. 1 without a sun, and of small
+  /// gains.
+  Rgb gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& here, const glm::dvec3& x, const glm::dvec3& n,
+                 const DirectionPattern& pattern, Receiver& receiver) const;
   /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.
   static Rgb before(const Receiver& receiver, const RoomPoint& here);
   /// Irradiance straight from the sun that the objects keep from point x with normal n: the mean over points of a

@@ -121,8 +121,9 @@ std::optional<IndirectChange> ReceiverLattice::State::between_nodes(std::size_t 
       const float w = share[c] * weight[k];
       if (w == 0.0f)
         continue;
-      const IndirectChange& change = current(*cells[c].cell->corner[k]);
-      sum.irradiance += w * (change.irradiance + reflected(*cells[c].cell->corner[k]));
+      Node& node = *cells[c].cell->corner[k];
+      const IndirectChange& change = current(node);
+      sum.irradiance += w * (change.irradiance + node.rescaled + reflected(node));
       sum.before += w * change.before;
       whole += w;
     }
@@ -227,9 +228,11 @@ IndirectChange ReceiverLattice::evaluate(std::uint32_t triangle, const glm::dvec
   const RoomPoint here = s.scene.light.at_surface(triangle, x, direction);
   const Rgb reflected = s.reflected_change(s.changed_surfaces(air, n, pattern), air, n, pattern, here) +
                         LampLight::irradiance(look_at_lamps(s.scene, air, n, pattern));
-  return {s.scene.sent_irradiance(receiver) + s.scene.mirrored_irradiance(receiver) -
-              s.scene.hidden_irradiance(receiver, here, x, n) + reflected,
-          LitScene::before(receiver, here)};
+  const Rgb before = LitScene::before(receiver, here);
+  const Rgb gain = s.scene.sent_irradiance(receiver) + s.scene.mirrored_irradiance(receiver);
+  const Rgb hidden = s.scene.hidden_irradiance(receiver, here, x, n);
+  const Rgb scale = s.scene.gain_scale(gain, before, here, x, n, pattern, receiver);
+  return {gain - hidden + (scale - 1.0f) * (gain - (1.0f - receiver.surrounded) * hidden) + reflected, before};
 }
 
 ReceiverLattice::Link ReceiverLattice::State::link(std::size_t level, const Found& found, const Place& place) const {

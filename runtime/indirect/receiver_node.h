@@ -25,6 +25,7 @@ struct ReceiverLattice::Node {
   Rgb hidden{0.0f};   ///< irradiance from what the objects hide
   Rgb before{0.0f};   ///< without the objects, sun excepted
   IndirectChange change;
+  Rgb rescaled{0.0f};    ///< to be added where it is drawn: LitScene::gain_scale()
   Rgb lost_sun{0.0f};    ///< irradiance from the sun that the objects keep away
   LitPoint open;         ///< light without the objects, unshadowed
   Rgb blocked{0.0f};     ///< part of the windows that they keep away

@@ -31,7 +31,10 @@ void ReceiverLattice::State::renew(Node& node) const {
   }
   if (std::exchange(node.mirrored_version, mirrored_version) != mirrored_version)
     node.mirrored = scene.mirrored_irradiance(node.receiver);
-  node.change = {scene.sent_irradiance(node.receiver) + node.mirrored - node.hidden, node.before};
+  const Rgb gain = scene.sent_irradiance(node.receiver) + node.mirrored;
+  node.change = {gain - node.hidden, node.before};
+  const Rgb scale = scene.gain_scale(gain, node.before, node.here, node.x, node.n, *node.pattern, node.receiver);
+  node.rescaled = (scale - 1.0f) * (gain - (1.0f - node.receiver.surrounded) * node.hidden);
 }
 
 const IndirectChange& ReceiverLattice::State::current(Node& node) const {

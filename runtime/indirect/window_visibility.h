@@ -58,6 +58,7 @@ public:
   Rgb sun(const glm::dvec3& x, const glm::dvec3& n) const; ///< the mean over all samples
   /// Irradiance by the sun that the parts keep from x, by its middle.
   Rgb lost_sun(const glm::dvec3& x, const glm::dvec3& n, const PlacedParts& parts) const;
+  const Rgb& sun_normal_irradiance() const { return sun_normal_irradiance_; }
   glm::dvec3 sun_direction() const { return sun_[sun_.size() / 2]; }
 
 private:

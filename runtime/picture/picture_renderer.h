@@ -31,6 +31,13 @@ struct RoomSurface {
   glm::dvec3 position{0.0};                  ///< world metres
 };
 
+constexpr std::size_t kMostRoomParts = 3; ///< of a pixel
+/// One surface of the room of several in a pixel, and its part of the pixel.
+struct RoomSurfacePart {
+  RoomSurface surface;
+  float fraction = 0.0f;
+};
+
 /// What a renderer draws at a pixel, averaged over its coverage samples.
 struct DrawnPixel {
   glm::vec4 object{0.0f}; ///< reflected radiance x coverage; w = coverage by visible virtual objects
@@ -153,6 +160,12 @@ public:
 
   /// What the room shows in a drawn pixel, objects or not; false where the renderer does not know. Call after draw().
   virtual bool room_point(int /*x*/, int /*y*/, RoomSurface& /*point*/) const { return false; }
+
+  /// Where a drawn pixel shows several surfaces of the room, objects or not: writes them and returns how many they are;
+  /// 0 elsewhere, and where the renderer does not know. Call after draw().
+  virtual std::size_t room_parts(int /*x*/, int /*y*/, std::span<RoomSurfacePart, kMostRoomParts> /*parts*/) const {
+    return 0;
+  }
 
   virtual std::uint64_t shadow_rays() const = 0; ///< traced by the last draw(); 0 with shadow maps
   virtual std::string description() const = 0;   ///< back end, driver and version

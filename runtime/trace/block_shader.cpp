@@ -93,8 +93,8 @@ int BlockShader::add_room_point(const PixelSurface& at, const SamplingGrid::Inte
 /// One point for each surface. What objects cover of them is known in eighths of the pixel, so that what is shown is
 /// brought to `coverage`, the part of the pixel that shows the room.
 void BlockShader::add_room_parts(int x, int y, std::span<const RoomPart> parts, float coverage) {
-  std::array<PixelSurface, VisibleSurfaces::kMostRoomParts> at;
-  std::array<SamplingGrid::Interpolated, VisibleSurfaces::kMostRoomParts> sky;
+  std::array<PixelSurface, kMostRoomParts> at;
+  std::array<SamplingGrid::Interpolated, kMostRoomParts> sky;
   bool any = scene_.sun.size() > 0;
   float uncovered = 0.0f;
   for (std::size_t k = 0; k < parts.size(); ++k) {

@@ -119,39 +119,6 @@ std::uint64_t PictureShader::shade(const TracedScene& scene, const VisibleSurfac
   return rays;
 }
 
-/// The reflecting triangles of a room, relative to an origin.
-RoomMesh room_mesh(const Room& room, const glm::dvec3& origin, std::span<const std::uint32_t> triangles) {
-  RoomMesh mesh;
-  for (const glm::dvec3& v : room.vertices)
-    mesh.vertices.emplace_back(v - origin);
-  for (const std::uint32_t i : triangles) {
-    mesh.triangles.push_back(room.triangles[i].vertex);
-    mesh.source.push_back(i);
-  }
-  return mesh;
-}
-
-/// Convex, as fans.
-void add_openings(RoomMesh& mesh, std::span<const Aperture> apertures, const glm::dvec3& origin) {
-  for (const Aperture& a : apertures) {
-    const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-    for (const glm::dvec3& corner : a.corners)
-      mesh.vertices.emplace_back(corner - origin);
-    for (std::uint32_t k = 2; k < a.corners.size(); ++k) {
-      mesh.triangles.push_back({first, first + k - 1, first + k});
-      mesh.normals.emplace_back(a.inward);
-    }
-  }
-}
-
-std::vector<std::uint32_t> reflecting_triangles(const Room& room) {
-  std::vector<std::uint32_t> list;
-  for (std::uint32_t i = 0; i < room.triangles.size(); ++i)
-    if (!room.is_window(room.triangles[i]))
-      list.push_back(i);
-  return list;
-}
-
 /// Mean over the lights of the angle to the nearest other, radians.
 float light_spacing(std::span<const DirectionalLight> lights) {
   double sum = 0.0;
@@ -381,6 +348,14 @@ Result<void> TracedRenderer::draw(RenderedFrame& frame) {
   }
   s.shadow_rays = s.shader.shade(s.scene, s.view, frame);
   return {};
+}
+
+std::size_t TracedRenderer::room_parts(int x, int y, std::span<RoomSurfacePart, kMostRoomParts> parts) const {
+  const std::span<const RoomPart> seen = state_->view.room_parts(x, y);
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    parts[k] = {{state_->scene.room_triangle[seen[k].triangle], state_->scene.origin + glm::dvec3(seen[k].position)},
+                seen[k].fraction};
+  return seen.size();
 }
 
 bool TracedRenderer::room_point(int x, int y, RoomSurface& point) const {

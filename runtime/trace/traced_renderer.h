@@ -30,6 +30,7 @@ public:
   Result<void> set_vertex_light(std::span<const std::uint32_t> vertices, std::span<const VertexLight> light) override;
   Result<void> draw(RenderedFrame& frame) override;
   bool room_point(int x, int y, RoomSurface& point) const override;
+  std::size_t room_parts(int x, int y, std::span<RoomSurfacePart, kMostRoomParts> parts) const override;
 
   std::uint64_t shadow_rays() const override;
   std::string description() const override;

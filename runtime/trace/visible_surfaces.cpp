@@ -125,29 +125,6 @@ void VisibleSurfaces::bound_block(int column, int row) {
       lo.x > hi.x ? BlockBound{} : BlockBound{0.5f * (lo + hi), 0.5001f * glm::length(hi - lo)};
 }
 
-/// Behind an opening through which a ray enters, the room goes on.
-void SeenRoom::closest(LaneMask lanes, RayPacket16 along, RayHits16& hits) const {
-  constexpr float kBehind = 1.0f + 1e-5f;
-  rays.closest(lanes, along, hits);
-  for (LaneMask entering = lanes; entering != 0;) {
-    entering = 0;
-    for (std::size_t k = 0; k < kLanes; ++k)
-      if ((lanes >> k & 1u) && hits.triangle[k] != kNoTriangle && hits.triangle[k] >= mesh.source.size()) {
-        if (glm::dot(along.direction(k), mesh.normals[hits.triangle[k]]) > 0.0f)
-          entering |= 1u << k;
-        else
-          hits.triangle[k] = kNoTriangle;
-        along.tnear[k] = kBehind * hits.distance[k];
-      }
-    if (RayHits16 behind; entering != 0) {
-      rays.closest(entering, along, behind);
-      for (std::size_t k = 0; k < kLanes; ++k)
-        if (entering >> k & 1u)
-          hits.triangle[k] = behind.triangle[k], hits.distance[k] = behind.distance[k];
-    }
-  }
-}
-
 /// A row of corners, sixteen to a packet.
 void VisibleSurfaces::trace_corners(const SeenRoom& room, int row) {
   const int count = block_columns() + 1;

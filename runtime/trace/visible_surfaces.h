@@ -14,26 +14,10 @@
 
 #include "runtime/base/pixel_box.h"
 #include "runtime/base/render_camera.h"
-#include "runtime/trace/packet_scene.h"
+#include "runtime/picture/picture_renderer.h"
+#include "runtime/trace/seen_room.h"
 
 namespace daylit {
-
-/// The room's triangles relative to an origin, as they are traced, and after them those of the openings.
-struct RoomMesh {
-  std::vector<glm::vec3> vertices;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
-  std::vector<std::uint32_t> source; ///< in the room, but for the openings
-  std::vector<glm::vec3> normals;    ///< of the triangles, unit; of openings those to the inside
-};
-
-/// What of the room is seen along rays. Nothing of it beyond an opening through which a ray leaves: what stands outside
-/// is lit by a sky that the volume does not know. `mesh`: what `rays` was built from.
-struct SeenRoom {
-  const PacketScene& rays;
-  const RoomMesh& mesh;
-  /// Triangles and distances as PacketScene::closest().
-  void closest(LaneMask lanes, RayPacket16 along, RayHits16& hits) const;
-};
 
 /// Where the picture shows one plane of the room and nothing else: there one ray per block of pixels is enough.
 /// Per block of `side` x `side` pixels, row-major: 0 when no edge of a triangle crosses the square from its first pixel
@@ -84,8 +68,6 @@ struct BlockBound {
 /// depth or are turned another way. Positions are metres relative to `origin`.
 class VisibleSurfaces {
 public:
-  static constexpr std::size_t kMostRoomParts = 3; ///< of a pixel
-
   void set_camera(const PinholeCamera& camera, const glm::dvec3& origin);
   void trace_room(const SeenRoom& room);
   /// `box`: pixels that the objects may cover; everything outside it shows none.
