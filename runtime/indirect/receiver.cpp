@@ -166,16 +166,8 @@ Rgb LitScene::sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const Direc
   return sum / static_cast<float>(pattern.points().size());
 }
 
-Rgb LitScene::sent_of_sun(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const {
-  Rgb sum(0.0f);
-  look_around(rays, x, n, pattern, [&](std::uint32_t triangle, const glm::dvec3& seen, const glm::dvec3& w) {
-    const glm::dvec3& there = normal_of(triangle, w);
-    sum += reflectance(triangle) * windows.sun_sample(0, seen + kAirGap_m * there, there);
-  });
-  return sum / static_cast<float>(pattern.points().size());
-}
-
-/// (E + V E_sky) / (E' + V E_sky), E' by the directions of the pattern.
+/// (E + V E_sky) / (E' + V E_sky), E' by the directions of the pattern, but for the sun's, which few of them would
+/// meet: by the sunlit points.
 Rgb LitScene::gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& here, const glm::dvec3& x,
                          const glm::dvec3& n, const DirectionPattern& pattern, Receiver& receiver) const {
   const float share = luminance(gain) / std::max(luminance(before), std::numeric_limits<float>::min());
@@ -188,7 +180,7 @@ Rgb LitScene::gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& he
   const Rgb sun = glm::max(windows.sun_normal_irradiance(), Rgb(std::numeric_limits<float>::min()));
   if (glm::dot(receiver.sun, windows.sun_direction()) < kSameSun) {
     receiver.sun = windows.sun_direction();
-    receiver.of_sun = sent_of_sun(air, n, pattern) / sun;
+    receiver.of_sun = sent_by_sunlit(air, n, true).all / sun;
   }
   Rgb sent = receiver.of_sun * sun;
   for (const SeenPatch& s : receiver.around)

@@ -90,8 +90,6 @@ struct LitScene {
   Rgb mirrored_irradiance(const Receiver& receiver) const;
   Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
-  /// Of x in the air with normal n, what sent_by_room() has of the sun.
-  Rgb sent_of_sun(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
   /// Irradiance of x with normal n from the room's surfaces, the sunlit ones too, as the directions of the pattern see
   /// them without the objects.
   Rgb sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;

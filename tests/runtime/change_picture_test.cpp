@@ -8,6 +8,7 @@
 #include "runtime/trace/traced_renderer.h"
 #include "scene/lens/lens.h"
 #include "surrounded.h"
+#include "torus_scene.h"
 
 namespace daylit {
 namespace {
@@ -69,6 +70,110 @@ TEST(ChangePicture, draws_the_whole_change_near_an_object_and_nothing_far_from_i
     }
   EXPECT_GT(whole, 2000);
   EXPECT_GT(nothing, 30000);
+}
+
+/// A dark post in a bright room, and a glowing ball beside it.
+struct BallBesidePost : Surrounded {
+  static constexpr int kSide = 160, kRays = 8; ///< pixels; rays along a side of one
+  RenderCamera camera = test::look_at({3.2, 3.4, 0.9}, {1.95, 2.1, 0.2}, kSide, kSide, 0.35);
+
+  BallBesidePost()
+      : Surrounded(0.08f, {}, 0.0f, [](Room& room) {
+          room.materials.push_back({"dark", Rgb(0.04f), Rgb(1.0f), false});
+          test::add_block(room, {1.9, 2.0, 0.0}, {1.96, 2.06, 1.0}, 1);
+        }) {
+    place({2.06, 2.22, 0.15}, 20.0f);
+  }
+  /// Mean over rays through a pixel of what the room reflects, without the ball and with it.
+  std::array<double, 2> reflected(int x, int y) const {
+    std::array<double, 2> mean{};
+    for (int k = 0; k < kRays * kRays; ++k) {
+      const glm::dvec2 p = glm::dvec2(x, y) + (glm::dvec2(k % kRays, k / kRays) + 0.5) / double(kRays) - 0.5;
+      const glm::dvec3 w = camera.direction(p);
+      RayHit hit;
+      EXPECT_TRUE(rays.closest(rays.to_local(camera.eye()), glm::vec3(w), 0.0f, 100.0f, hit));
+      const IndirectChange here = change.at(hit.triangle, camera.eye() + static_cast<double>(hit.distance) * w, w);
+      const auto share = volume.room.material(volume.room.triangles[hit.triangle]).reflectance.g / float(kRays * kRays);
+      mean[0] += static_cast<double>(share * here.before.g);
+      mean[1] += static_cast<double>(share * (here.before.g + here.irradiance.g));
+    }
+    return mean;
+  }
+};
+
+TEST(Compose, a_pixel_that_shows_a_dark_post_and_a_bright_floor_takes_the_change_of_both) {
+  BallBesidePost s;
+  auto renderer = TracedRenderer::make(s.volume.room, {});
+  ASSERT_TRUE(renderer);
+  RenderedFrame frame;
+  for (const auto& step :
+       {renderer->set_camera(s.camera), renderer->set_objects({}), renderer->set_lights({}), renderer->draw(frame)})
+    ASSERT_TRUE(step) << step.error().message();
+  ChangePicture change;
+  const ViewCorners view(s.camera, s.rays, &*renderer);
+  change.update(view, s.change, nullptr);
+  const auto look_up = [&](const glm::dvec3& direction, std::uint32_t triangle) {
+    return s.room_light.at_plane(triangle, s.camera.eye(), direction);
+  };
+  constexpr int kSide = BallBesidePost::kSide;
+  RgbImage photo(kSide, kSide, Rgb(1.0f));
+  std::vector<std::pair<std::size_t, double>> with_ball; // of the pixels that show several surfaces
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x)
+      if (!view.parts(x, y).empty()) {
+        const std::array<double, 2> mean = s.reflected(x, y);
+        const std::size_t i = static_cast<std::size_t>(y) * kSide + x;
+        photo.texels[i] = Rgb(static_cast<float>(mean[0]));
+        with_ball.emplace_back(i, mean[1]);
+      }
+  Composite result;
+  compose(photo, frame, s.camera, look_up, {}, result, &change);
+  double square = 0.0, worst = 0.0;
+  for (const auto& [i, expected] : with_ball) {
+    const double error = static_cast<double>(result.picture.texels[i].g) / expected - 1.0;
+    square += error * error;
+    worst = std::max(worst, std::fabs(error));
+  }
+  EXPECT_GT(with_ball.size(), 200u);
+  EXPECT_LT(std::sqrt(square / static_cast<double>(with_ball.size())), 0.06) << "sixteen rays know a part to 1/16";
+  EXPECT_LT(worst, 0.3);
+}
+
+/// Irradiance of a point of the wall x = 0 by the patch of sun on the floor, white walls: a sum over squares of the
+/// floor from which the window is seen towards the sun.
+double from_sun_patch(const glm::dvec3& point, const DetectedSun& sun) {
+  constexpr double kStep_m = 0.01;
+  double sum = 0.0;
+  for (double x = 0.5 * kStep_m; x < 4.0; x += kStep_m)
+    for (double y = 0.5 * kStep_m; y < 5.0; y += kStep_m) {
+      const glm::dvec3 through = glm::dvec3(x, y, 0) + (5.0 - y) / sun.direction.y * sun.direction;
+      if (through.x < 1.2 || through.x > 2.8 || through.z < 0.9 || through.z > 2.1)
+        continue;
+      const glm::dvec3 way = point - glm::dvec3(x, y, 0);
+      const double distance2 = glm::dot(way, way);
+      sum += double(sun.normal_irradiance.g) * sun.direction.z / test::kPi * way.z * -way.x / (distance2 * distance2);
+    }
+  return sum * kStep_m * kStep_m;
+}
+
+TEST(IndirectShadow, a_gain_beside_a_patch_of_sun_that_the_volume_lacks_is_a_part_of_what_is_there) {
+  const std::vector<Aperture> windows = test::box_window();
+  const glm::dvec3 ball(0.12, 3.1, 0.55), point(0.0, 3.1, 0.25), towards_wall(-1, 0, 0);
+  Surrounded s(0.06f, windows);
+  RayHit hit;
+  ASSERT_TRUE(s.rays.closest(s.rays.to_local(point - 0.5 * towards_wall), glm::vec3(towards_wall), 0.0f, 1.0f, hit));
+  s.place(ball, 40.0f);
+  const IndirectChange without = s.change.at(hit.triangle, point, towards_wall);
+  DetectedSun sun = test::sun_through_the_window();
+  sun.normal_irradiance = Rgb(180.0f);
+  s.place(ball, 40.0f, sun);
+  const IndirectChange with = s.change.at(hit.triangle, point, towards_wall);
+  const double volume = static_cast<double>(without.before.g), patch = from_sun_patch(point, sun);
+  ASSERT_GT(patch, 0.3 * volume);
+  ASSERT_LT(patch, 0.9 * volume) << "less than what is corrected at most";
+  ASSERT_GT(without.irradiance.g, 0.2f * without.before.g);
+  EXPECT_NEAR(double(with.irradiance.g / without.irradiance.g), volume / (volume + patch), 0.08);
+  EXPECT_EQ(with.before, without.before);
 }
 
 TEST(Compose, blocks_show_what_their_pixels_show_one_by_one) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 #include <vector>
@@ -49,9 +50,15 @@ struct Surrounded {
     }
     return box;
   }
-  explicit Surrounded(float radius, const std::vector<Aperture>& windows = {}, float sky_factor = 0.0f)
-      : volume(white_box(windows.empty())), mesh(torus(0.0f, radius, 96, 64)), mesh_rays(rays_of(mesh)),
-        change(volume.room, rays, windows, room_light) {
+  static BasisVolume furnished(BasisVolume box, const std::function<void(Room&)>& furnish) {
+    if (furnish)
+      furnish(box.room);
+    return box;
+  }
+  explicit Surrounded(float radius, const std::vector<Aperture>& windows = {}, float sky_factor = 0.0f,
+                      const std::function<void(Room&)>& furnish = {})
+      : volume(furnished(white_box(windows.empty()), furnish)), mesh(torus(0.0f, radius, 96, 64)),
+        mesh_rays(rays_of(mesh)), change(volume.room, rays, windows, room_light) {
     Sh9Rgb light{};
     light[0] = Rgb(static_cast<float>(kRadiance * 2.0 * std::sqrt(kPi)));
     field.probe.assign(volume.probes.size(), light);
