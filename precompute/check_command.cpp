@@ -54,7 +54,8 @@ int check_command(int argc, char** argv) {
   if (const auto code = parse_command_line(app, argc, argv))
     return *code;
   const PromptExit at_interrupt;
-  return run_program("daylit-precompute check", json, [&]() -> Result<void> {
+  bool refused = false; // and told so in the report
+  const int code = run_program("daylit-precompute check", json, [&]() -> Result<void> {
     set_thread_count(threads);
     ProgressLine progress(quiet || json);
     const Result<RoomCheck> check =
@@ -69,10 +70,15 @@ int check_command(int argc, char** argv) {
       std::printf("%s\n", to_json(*check).c_str());
     else if (!quiet)
       std::fputs(to_text(*check).c_str(), stdout);
-    if (check->problem)
+    if (!check->problem)
+      return {};
+    if (!json)
       return *check->problem;
+    std::fprintf(stderr, "daylit-precompute check: %s\n", check->problem->message().c_str());
+    refused = true;
     return {};
   });
+  return refused && code == kExitDone ? kExitFailed : code;
 }
 
 } // namespace daylit::precompute

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/stress/good_files.h"
 
 namespace daylit {
@@ -276,6 +278,18 @@ TEST_F(BadInput, json_reports_the_error_on_stdout_too) {
   const Outcome outcome = run_in(root_ / "good", "daylit-precompute no.obj -o out.volume --json");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_EQ(outcome.out.rfind("{\"error\":", 0), 0u) << outcome.out;
+}
+
+TEST_F(BadInput, the_report_of_a_room_that_cannot_be_baked_is_one_json_object) {
+  const fs::path folder = root_ / "closed";
+  fs::copy(root_ / "good", folder, fs::copy_options::recursive);
+  edit(folder / "room.obj", "usemtl window", "usemtl wall");
+  const Outcome outcome = run_in(folder, "daylit-precompute check room.obj --json");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_NE(outcome.err.find("window"), std::string::npos) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out, nullptr, false);
+  ASSERT_FALSE(report.is_discarded()) << outcome.out;
+  EXPECT_EQ(report["can_be_baked"], false);
 }
 
 TEST_F(BadInput, wrong_arguments_are_usage_errors) {
