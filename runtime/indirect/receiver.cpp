@@ -16,8 +16,9 @@
 namespace daylit {
 
 namespace {
-constexpr double kSkin = 0.01;        // of an object's radius: its own facets cast no shadow closer than this
-constexpr double kSameSun = 0.999994; // cosine of a fifth of a degree
+constexpr double kSkin = 0.01; // of an object's radius: its own facets cast no shadow closer than this
+constexpr float kLeastApart = 0.2f, kWholeApart = 0.4f; // logarithm of what the two differ by, from which on it is
+constexpr double kSameSun = 0.999994;                   // cosine of a fifth of a degree
 constexpr float kLeastGain = 0.05f, kWholeGain = 0.15f; // of the light before, from which on it is scaled
 constexpr float kMostScale = 2.0f;                      // of what is hidden, to agree with the volume
 
@@ -185,7 +186,10 @@ Rgb LitScene::gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& he
   Rgb sent = receiver.of_sun * sun;
   for (const SeenPatch& s : receiver.around)
     sent += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
-  return glm::mix(Rgb(1.0f), agreement(before, sent + (before - here.indirect_irradiance)), t);
+  const Rgb all = sent + (before - here.indirect_irradiance);
+  const float apart = std::fabs(std::log(std::max(luminance(all), 1e-30f) / std::max(luminance(before), 1e-30f)));
+  const float u = std::clamp((apart - kLeastApart) / (kWholeApart - kLeastApart), 0.0f, 1.0f);
+  return glm::mix(Rgb(1.0f), agreement(before, all), t * u);
 }
 
 /// E = E_indirect + V_window E_sky.

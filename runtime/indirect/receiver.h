@@ -94,8 +94,8 @@ struct LitScene {
   /// them without the objects.
   Rgb sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
   /// A gain is drawn as a part of the light before it. Beside a sun patch, which probes blur, that light is what the
-  /// room's surfaces send: the gain times this is the same part of what the volume says. 1 without a sun, and of small
-  /// gains.
+  /// room's surfaces send: the gain times this is the same part of what the volume says. 1 without a sun, of small
+  /// gains, and where the two agree to a fifth. `x` on its surface; `receiver` keeps what is found.
   Rgb gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& here, const glm::dvec3& x, const glm::dvec3& n,
                  const DirectionPattern& pattern, Receiver& receiver) const;
   /// Irradiance without the objects, sun excepted. `here`: the room's light, with the sky unshadowed.
