@@ -100,24 +100,26 @@ Rgb agreement(const Rgb& volume, const Rgb& all) {
   return scale;
 }
 
+/// sum of cos dw rho E / pi
+Rgb LitScene::sent_by_patches(std::span<const SeenPatch> seen) const {
+  Rgb sum(0.0f);
+  for (const SeenPatch& s : seen)
+    sum += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
+  return sum;
+}
+
 /// H = sum over the occluded directions of cos dw rho E / pi of the patch behind (Grosch et al. 2007 leave this term
 /// out), and what the sunlit points behind send. Where an object hides most of the light, H E / E', E' the same sum as
 /// H over all directions.
 Rgb LitScene::hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                                 const glm::dvec3& n) const {
-  const auto sent = [&](const std::vector<SeenPatch>& seen) {
-    Rgb sum(0.0f);
-    for (const SeenPatch& s : seen)
-      sum += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
-    return sum;
-  };
   const Sunlight sunlight = sent_by_sunlit(x + kAirGap_m * n, n, receiver.surrounded > 0.0f);
   Rgb hidden = sunlight.hidden;
   for (const Receiver::View& view : receiver.views)
-    hidden += sent(view.hidden);
+    hidden += sent_by_patches(view.hidden);
   if (receiver.surrounded == 0.0f)
     return hidden;
-  const Rgb scale = agreement(here.indirect_irradiance, sunlight.all + sent(receiver.around));
+  const Rgb scale = agreement(here.indirect_irradiance, sunlight.all + sent_by_patches(receiver.around));
   return glm::mix(Rgb(1.0f), scale, receiver.surrounded) * hidden;
 }
 
@@ -183,9 +185,7 @@ Rgb LitScene::gain_scale(const Rgb& gain, const Rgb& before, const RoomPoint& he
     receiver.sun = windows.sun_direction();
     receiver.of_sun = sent_by_sunlit(air, n, true).all / sun;
   }
-  Rgb sent = receiver.of_sun * sun;
-  for (const SeenPatch& s : receiver.around)
-    sent += s.weight * s.patch->reflectance * patches.irradiance(*s.patch) * std::numbers::inv_pi_v<float>;
+  const Rgb sent = receiver.of_sun * sun + sent_by_patches(receiver.around);
   const Rgb all = sent + (before - here.indirect_irradiance);
   const float apart = std::fabs(std::log(std::max(luminance(all), 1e-30f) / std::max(luminance(before), 1e-30f)));
   const float u = std::clamp((apart - kLeastApart) / (kWholeApart - kLeastApart), 0.0f, 1.0f);

@@ -90,6 +90,8 @@ struct LitScene {
   Rgb mirrored_irradiance(const Receiver& receiver) const;
   Rgb hidden_irradiance(const Receiver& receiver, const RoomPoint& here, const glm::dvec3& x,
                         const glm::dvec3& n) const;
+  /// Irradiance from what a point sees of the room, but for the sun's.
+  Rgb sent_by_patches(std::span<const SeenPatch> seen) const;
   /// Irradiance of x with normal n from the room's surfaces, the sunlit ones too, as the directions of the pattern see
   /// them without the objects.
   Rgb sent_by_room(const glm::dvec3& x, const glm::dvec3& n, const DirectionPattern& pattern) const;
