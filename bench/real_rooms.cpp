@@ -1,5 +1,8 @@
 #include "bench/real_rooms.h"
 
+#include <algorithm>
+#include <cstdint>
+
 #include "bench/chance.h"
 #include "scene/room/ray_scene.h"
 
@@ -8,6 +11,12 @@ namespace daylit::bench {
 namespace {
 
 constexpr int kTriesPerPoint = 1000;
+
+/// Another one for each place: rooms alike have other points.
+std::uint32_t seed_of(const RealRoom& room, const Place& place) {
+  const auto at = std::ranges::find(room.places, place.name, &Place::name);
+  return 1 + static_cast<std::uint32_t>(at - room.places.begin());
+}
 
 bool is_filled(const RealRoom& room, const glm::dvec3& p) {
   for (const Space& s : room.model.filled())
@@ -37,7 +46,7 @@ Result<std::vector<glm::dvec3>> points_in(const RealRoom& room, const Room& geom
   const auto rays = RayScene::build(geometry);
   if (!rays)
     return rays.error();
-  Chance chance(1);
+  Chance chance(seed_of(room, place));
   const glm::dvec3 low = place.air.low + clearance_m, size = place.air.high - place.air.low - 2 * clearance_m;
   std::vector<glm::dvec3> points;
   for (int i = 0; i < kTriesPerPoint * place.points && std::ssize(points) < place.points; ++i) {

@@ -21,6 +21,9 @@ struct HoleMouth {
   glm::dvec3 inward{0.0};                 ///< unit, into the place
 };
 
+/// Where light is compared: of 24 points in a room, one or two beside a window decide.
+constexpr int kManyPoints = 72;
+
 /// A room of a model in which light is wanted.
 struct Place {
   std::string name;

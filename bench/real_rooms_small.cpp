@@ -102,7 +102,7 @@ RealRoom home() {
   for (const HomeRoom& r : home_rooms()) {
     add_home_room(m, r);
     (r.south ? south : north).push_back(r.door);
-    room.places.push_back({r.name, air_of(r)});
+    room.places.push_back({r.name, air_of(r), kManyPoints});
   }
   const Space corridor{{0, kCorridorLow, 0}, {12, kCorridorHigh, kHeight}};
   m.material("floor");
@@ -111,7 +111,7 @@ RealRoom home() {
   m.box(corridor, 0b110010u);
   m.panel(kY, corridor.low.y, {0, 0, 12, kHeight}, south);
   m.panel(kY, corridor.high.y, {0, 0, 12, kHeight}, north);
-  room.places.push_back({"corridor", corridor});
+  room.places.push_back({"corridor", corridor, kManyPoints});
   furnish_home(m);
   add_attic(m);
   room.places.push_back({"attic", {{1, 3, kHeight + 0.3}, {11, 6, kHeight + 1.4}}, 6, false});
@@ -137,7 +137,7 @@ RealRoom louvred_classroom() {
     m.face({{-0.2, -0.28, z}, {9.2, -0.28, z}, {9.2, -0.18, z + 0.07}, {-0.2, -0.18, z + 0.07}});
   }
   add_tables(m, 1.0, 1.2, 4, 3);
-  room.places.push_back({"classroom", air});
+  room.places.push_back({"classroom", air, kManyPoints});
   return room;
 }
 

@@ -56,15 +56,29 @@ float sky_around(const HeldOutSky& sky) {
   return static_cast<float>(kSkyOfSun * sun / std::numbers::pi);
 }
 
-/// Irradiance on the six axes, to order 4 where the coefficients are there.
-void add_irradiance(Ratio& ratio, const ShRadiance& value, const ShRadiance& truth) {
+/// a + part b
+SixIrradiances sum(SixIrradiances a, float part, const SixIrradiances& b) {
+  for (std::size_t k = 0; k < a.size(); ++k)
+    a[k] += part * b[k];
+  return a;
+}
+
+/// Of coefficients to order 4 where they are there.
+SixIrradiances irradiances(const ShRadiance& light) {
+  SixIrradiances out;
   for (int axis = 0; axis < 6; ++axis) {
     glm::vec3 n(0.0f);
     n[axis / 2] = axis % 2 == 0 ? 1.0f : -1.0f;
-    const Rgb a = irradiance(value, n), b = irradiance(truth, n);
-    for (int c = 0; c < 3; ++c)
-      ratio.add(static_cast<double>(a[c]), static_cast<double>(b[c]));
+    out[static_cast<std::size_t>(axis)] = irradiance(light, n);
   }
+  return out;
+}
+
+void add_irradiance(Ratio& ratio, const ShRadiance& value, const SixIrradiances& truth) {
+  const SixIrradiances got = irradiances(value);
+  for (std::size_t axis = 0; axis < got.size(); ++axis)
+    for (int c = 0; c < 3; ++c)
+      ratio.add(static_cast<double>(got[axis][c]), static_cast<double>(truth[axis][c]));
 }
 
 /// Points spread over the air away from the walls, or some of the given probes.
@@ -89,8 +103,13 @@ std::vector<glm::dvec3> candidates_in(const Room& room, const ProbeSet& probes) 
 
 /// One sky's light at the points, taken directly.
 struct Audit::PointTruth {
-  Column nine, band4;
-  ShRadiance at(std::size_t point) const { return {nine.at(point), band4.at(point)}; }
+  Column nine, band4, axes;
+  SixIrradiances irradiance(std::size_t point) const {
+    const Sh9Rgb rows = axes.at(point);
+    SixIrradiances out;
+    std::copy_n(rows.begin(), out.size(), out.begin());
+    return out;
+  }
 };
 
 Sh9Rgb Audit::Column::at(std::size_t point) const {
@@ -284,8 +303,8 @@ void Audit::judge_points(std::span<const ShRadiance> got, const PointTruth& trut
   PointRatios total;
   for (std::size_t p = 0; p < in_air_; ++p) {
     total.add(ratio_of(got[p].nine, truth.nine.at(p)));
-    add_irradiance(received, got[p], truth.at(p));
-    add_irradiance(nine_leave, {truth.nine.at(p), {}}, truth.at(p));
+    add_irradiance(received, got[p], truth.irradiance(p));
+    add_irradiance(nine_leave, {truth.nine.at(p), {}}, irradiances({truth.nine.at(p), truth.band4.at(p)}));
   }
   error.total = total.nrms();
   error.limited = total.limited_nrms();
@@ -300,10 +319,12 @@ SkyError Audit::judge_sky(std::size_t s, const BasisVolume& volume, const AuditT
     radiance.emplace_back(r);
   const LightField field = combine(volume, radiance, ShOrder::fourth);
   const std::vector<ShRadiance> light = light_at_points(s, field, radiance, sent, surfaces);
-  const PointTruth here{{truth.at_points, skies_.size(), s}, {truth.band4_at_points, skies_.size(), s}};
+  const PointTruth here{{truth.at_points, skies_.size(), s},
+                        {truth.band4_at_points, skies_.size(), s},
+                        {truth.irradiance_at_points, skies_.size(), s}};
   for (std::size_t p = in_air_; p < points_.size(); ++p) {
     near.got.push_back(light[p]);
-    near.exact.push_back(here.at(p));
+    near.exact.push_back(here.irradiance(p));
   }
   SkyError error{.sky = skies_[s].name, .is_sun = skies_[s].is_sun, .of_room = skies_[s].of_room};
   if (error.of_room)

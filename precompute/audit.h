@@ -22,7 +22,7 @@
 
 namespace daylit::precompute {
 
-/// Irradiance on six axes over the air of a room from 10 cm off its surfaces, under one sky, to order 4.
+/// Irradiance on six axes over the air of a room from 10 cm off its surfaces, under one sky.
 struct RoomError {
   double error = 0; ///< nrms, relative to the light there; of a sun with the clear sky around it
   double light = 0; ///< root of the mean square; of a sun alone
@@ -37,7 +37,7 @@ struct SkyError {
   double sky_part = 0;   ///< at Audit::probes(): what regions, nodes and stored precision change
   double grid_part = 0;  ///< exact probes, interpolated to the points (to every second of them, where the grid is
                          ///< large); limited in the same way
-  double irradiance = 0; ///< as irradiance on six axes, to order 4; of a volume of nine coefficients too
+  double irradiance = 0; ///< as irradiance on six axes: what the coefficients leave out is in it
   double band4 = 0;      ///< what l = 4 is of the irradiance there: what nine true coefficients leave
   double standing = 0;   ///< irradiance on six axes where objects stand: AuditReport::standing; of a sun with the sky
                          ///< around it
@@ -76,12 +76,16 @@ struct AuditReport {
 /// The suns' rms is left out: suns stand elsewhere on another mesh.
 double mesh_difference(const AuditReport& coarse, const AuditReport& fine);
 
-/// The transport taken directly, [point][lm][channel * skies + sky]; of l = 4 in the same way.
+/// The transport taken directly, [point][lm][channel * skies + sky]; of l = 4 in the same way, and irradiance on the
+/// six axes (radiosity::Bands).
 struct AuditTruth {
-  std::span<const float> at_points, band4_at_points;
+  std::span<const float> at_points, band4_at_points, irradiance_at_points;
   std::span<const float> at_probes;    ///< at `probes`
   std::span<const std::size_t> probes; ///< all of Audit::probes() that are valid
 };
+
+/// On the axes +x, -x, +y, -y, +z, -z.
+using SixIrradiances = std::array<Rgb, 6>;
 
 /// The volume's elements, and what they send back of the direct light of the skies, [sky][element]: the light is
 /// corrected by it, as that of IndirectLight is. Null: the volume names none.
@@ -125,7 +129,8 @@ private:
   struct PointTruth;
   /// At the points where objects stand and those of the rooms, under one sky: of the volume, and taken directly.
   struct NearLight {
-    std::vector<ShRadiance> got, exact;
+    std::vector<ShRadiance> got;
+    std::vector<SixIrradiances> exact;
   };
   SkyError judge_sky(std::size_t sky, const BasisVolume& volume, const AuditTruth& truth, const SentLight& sent,
                      std::span<const FirstReflection::Exchange> surfaces, NearLight& near) const;

@@ -301,8 +301,7 @@ std::string to_text(const Plan& plan, const Measured& m) {
       "measured   %.2f %% (mesh %.2f estimated, volume %.2f) at %zu points and the worst of 5 smooth skies (%s) that "
       "the bake did not use\n",
       100 * m.total, 100 * m.mesh, 100 * m.volume, m.points, m.worst_sky.c_str());
-  text += format("           as irradiance %.2f %%, beside what nine coefficients leave out (0.8 to 1 %%)",
-                 100 * m.irradiance);
+  text += format("           as irradiance %.2f %%", 100 * m.irradiance);
   if (m.sun > 0)
     text += format("; under a small sun %.1f %%", 100 * m.sun);
   text += "\n";

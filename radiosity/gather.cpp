@@ -288,7 +288,8 @@ std::vector<float> GatherHits::sums(std::size_t fan, std::span<const std::uint32
                                     std::size_t aggregates, Bands bands) const {
   std::vector<std::int32_t> again;
   std::vector<float> sum(aggregates * RayFan::kStride, 0.0f);
-  add_harmonics(met(fan, again), aggregate_of, fan_.of(bands).data(), sum.data());
+  const std::vector<float> axes = bands == Bands::axes ? fan_.axes(turn_[fan]) : std::vector<float>{};
+  add_harmonics(met(fan, again), aggregate_of, (axes.empty() ? fan_.of(bands) : axes).data(), sum.data());
   divide_by_area(origin_[fan], aggregate_of, sum);
   return sum;
 }

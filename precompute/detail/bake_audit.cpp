@@ -133,6 +133,9 @@ Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolu
   const auto band4 = radiosity::gather_coefficients(*seen, light->radiosity, s.progress, radiosity::Bands::fourth);
   if (!band4)
     return band4.error();
+  const auto axes = radiosity::gather_coefficients(*seen, light->radiosity, s.progress, radiosity::Bands::axes);
+  if (!axes)
+    return axes.error();
   const std::vector<std::uint32_t> some = points_of(s.points, audit->probes());
   const auto at_probes = fitted_coefficients(s, some, light->radiosity);
   if (!at_probes)
@@ -147,7 +150,7 @@ Result<AuditReport> audit_bake(const Stage& s, const Room& room, const BasisVolu
   const std::vector<Rgb> sent =
       surfaces ? first_reflection(light->direct, source, volume.elements) : std::vector<Rgb>{};
   AuditReport report =
-      audit->judge(volume, {*at_points, *band4, *at_probes, probes}, {surfaces ? &*surfaces : nullptr, sent});
+      audit->judge(volume, {*at_points, *band4, *axes, *at_probes, probes}, {surfaces ? &*surfaces : nullptr, sent});
   s.clock.finish("audit");
   return report;
 }

@@ -102,7 +102,9 @@ void AimedRays::add_harmonics(std::span<const std::uint32_t> aggregate_of, std::
   for (const AimedRay& r : ray) {
     if (r.patch < 0)
       continue;
-    const auto y = bands == Bands::low ? sh::evaluate9(r.direction) : sh::evaluate_band4(r.direction);
+    const auto y = bands == Bands::low      ? sh::evaluate9(r.direction)
+                   : bands == Bands::fourth ? sh::evaluate_band4(r.direction)
+                                            : axis_cosines(r.direction);
     float* to = rows + aggregate_of[static_cast<std::size_t>(r.patch)];
     for (std::size_t lm = 0; lm < 9; ++lm)
       to[lm * aggregates] += y[lm] * r.solid_angle_sr * std::numbers::inv_pi_v<float>;

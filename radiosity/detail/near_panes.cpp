@@ -11,7 +11,7 @@ namespace daylit::radiosity {
 namespace {
 
 // Of the width of the pane:
-constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kShallowest = 1.0 / 16, kDeepest = 0.5;
 constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
 
 double distance_to_corner(const PaneOutline& pane, const glm::dvec3& p) {
@@ -34,12 +34,11 @@ NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, 
 }
 
 bool NearPanes::is_reveal(const PlaneGroup& group, const PaneOutline& pane) {
-  const auto beside = [&](const glm::dvec2& corner) {
-    const double inside = glm::dot(group.lift(corner) - pane.corners[0], pane.inward) / pane.width_m;
-    return inside >= -kInPane && inside <= kDeepest;
-  };
-  return std::abs(glm::dot(group.normal, pane.inward)) <= kAcross &&
-         std::ranges::all_of(group.triangles, [&](const auto& t) { return std::ranges::all_of(t, beside); });
+  double deepest = 0.0;
+  for (const auto& triangle : group.triangles)
+    for (const glm::dvec2& corner : triangle)
+      deepest = std::max(deepest, glm::dot(group.lift(corner) - pane.corners[0], pane.inward) / pane.width_m);
+  return std::abs(glm::dot(group.normal, pane.inward)) <= kAcross && deepest > kShallowest && deepest <= kDeepest;
 }
 
 /// w / 4 within w / 8 of the outline; at a corner, where sill and reveal light each other, the distance to it.

@@ -80,6 +80,24 @@ RayFan RayFan::of(int rays) {
   return fan;
 }
 
+std::array<float, 9> axis_cosines(const glm::vec3& d) {
+  std::array<float, 9> cosine{};
+  for (int k = 0; k < 6; ++k)
+    cosine[static_cast<std::size_t>(k)] = std::max(0.0f, k % 2 == 0 ? d[k / 2] : -d[k / 2]);
+  return cosine;
+}
+
+std::vector<float> RayFan::axes(const glm::vec2& turn) const {
+  std::vector<float> table(harmonics.size(), 0.0f);
+  for (std::size_t k = 0; k < direction.size(); ++k) {
+    const glm::vec3& d = direction[k];
+    const auto cosine = axis_cosines({turn.x * d.x - turn.y * d.y, turn.y * d.x + turn.x * d.y, d.z});
+    for (std::size_t l = 0; l < cosine.size(); ++l)
+      table[k * kStride + l] = cosine[l] * 4.0f / static_cast<float>(direction.size());
+  }
+  return table;
+}
+
 /// 2 pi times the second coordinate of a hash of the index.
 glm::vec2 turn_of(std::size_t point) {
   const double angle = 2.0 * std::numbers::pi * random_shift(point).y;
@@ -97,6 +115,11 @@ void turn_harmonics(const float* from, const glm::vec2& turn, std::size_t stride
     to[sine * stride] = from[sine] * c + from[cosine] * s;
     to[cosine * stride] = from[cosine] * c - from[sine] * s;
   };
+  if (bands == Bands::axes) { // RayFan::axes() has turned them
+    for (std::size_t k = 0; k < 9; ++k)
+      to[k * stride] = from[k];
+    return;
+  }
   if (bands == Bands::fourth) {
     to[4 * stride] = from[4];
     pair(3, 5, c1, s1);

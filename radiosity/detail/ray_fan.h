@@ -2,6 +2,7 @@
 
 // The directions in which every point looks, and sums of spherical harmonics over those that meet the same patch.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -12,8 +13,9 @@
 
 namespace daylit::radiosity {
 
-/// Which nine coefficients: of l <= 2, or of l = 4.
-enum class Bands { low, fourth };
+/// Which nine numbers of the light at a point: coefficients of l <= 2, of l = 4, or irradiance on the axes +x, -x, +y,
+/// -y, +z, -z and three zeros.
+enum class Bands { low, fourth, axes };
 
 /// The rays of every point, each point's turned about z by an angle of its own: a spherical Fibonacci lattice, in an
 /// order in which sixteen in a row are close together.
@@ -25,7 +27,12 @@ struct RayFan {
 
   static RayFan of(int rays);
   const std::vector<float>& of(Bands bands) const { return bands == Bands::low ? harmonics : band4; }
+  /// The same of irradiance on the axes, the rays turned about z.
+  std::vector<float> axes(const glm::vec2& turn) const;
 };
+
+/// Cosines with the axes of Bands::axes; 0 behind.
+std::array<float, 9> axis_cosines(const glm::vec3& direction);
 
 /// Cosine and sine of the angle by which a point's rays are turned about z: a function of its index only.
 glm::vec2 turn_of(std::size_t point);

@@ -196,14 +196,17 @@ TEST(RoomErrors,
   volume.basis.assign(volume.basis.size(), 0.0f);
   for (std::size_t i = 0; i < volume.basis.size(); i += 27)
     std::fill_n(volume.basis.begin() + static_cast<std::ptrdiff_t>(i), 3, sky);
-  std::vector<float> points(3 * 27 * skies, 0.0f), band4(points.size(), 0.0f);
+  std::vector<float> points(3 * 27 * skies, 0.0f), band4(points.size(), 0.0f), axes(points.size(), 0.0f);
   for (std::size_t p = 0; p < 3; ++p)
     for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t s = 0; s < skies; ++s)
-        points[(p * 27 + c) * skies + s] = s == 0 ? sky : kSun;
+      for (std::size_t s = 0; s < skies; ++s) {
+        const float coefficient = points[(p * 27 + c) * skies + s] = s == 0 ? sky : kSun;
+        for (std::size_t axis = 0; axis < 6; ++axis)
+          axes[(p * 27 + axis * 3 + c) * skies + s] = 0.5f * std::sqrt(std::numbers::pi_v<float>) * coefficient;
+      }
   const std::vector<std::size_t> probes = audit->probes();
   const std::vector<float> at_probes(probes.size() * 27 * skies, 0.0f);
-  const AuditReport report = audit->judge(volume, {points, band4, at_probes, probes});
+  AuditReport report = audit->judge(volume, {points, band4, axes, at_probes, probes});
   ASSERT_TRUE(report.sky.back().of_room);
   EXPECT_NEAR(report.sky.back().rooms[0].error, 0.25, 0.001) << "of 1 + 3 parts";
   EXPECT_NEAR(report.sky[0].rooms[0].error, 0.0, 0.001);
@@ -212,6 +215,11 @@ TEST(RoomErrors,
   ASSERT_NE(for_all, report.sky.end());
   EXPECT_NEAR(for_all->standing, 0.25, 0.001);
   EXPECT_NEAR(for_all->total, 1.0, 0.001) << "in the air the sun's light is alone";
+  for (std::size_t s = 0; s < skies; ++s)
+    axes[(27 + 12) * skies + s] *= 1.5f; // red light on +z that no coefficient has
+  report = audit->judge(volume, {points, band4, axes, at_probes, probes});
+  EXPECT_NEAR(report.sky[0].standing, 0.5 / std::sqrt(17 + 1.5 * 1.5), 0.001) << "what the coefficients leave out";
+  EXPECT_NEAR(report.sky[0].total, 0.0, 1e-6);
 }
 
 TEST(ErrorSpread, percentile_lies_between_its_neighbours) {

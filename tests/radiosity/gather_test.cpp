@@ -50,9 +50,15 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
   const auto hits = gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent, 2 * rays); // one again
   ASSERT_TRUE(hits);
   const std::size_t n = s.set.patches.size();
-  for (std::size_t number = 0; number < 2 * points.size(); ++number) {
-    const std::size_t p = number / 2;
-    const Bands bands = number % 2 == 0 ? Bands::low : Bands::fourth;
+  const auto values = [](Bands bands, const glm::vec3& d) {
+    if (bands != Bands::axes)
+      return bands == Bands::low ? sh::evaluate9(d) : sh::evaluate_band4(d);
+    const auto front = [](float x) { return std::max(x, 0.0f); };
+    return std::array{front(d.x), front(-d.x), front(d.y), front(-d.y), front(d.z), front(-d.z), 0.0f, 0.0f, 0.0f};
+  };
+  for (std::size_t number = 0; number < 3 * points.size(); ++number) {
+    const std::size_t p = number / 3;
+    const Bands bands = std::array{Bands::low, Bands::fourth, Bands::axes}[number % 3];
     const double angle = 2 * kPi * random_shift(p).y;
     const auto c = float(std::cos(angle)), t = float(std::sin(angle));
     std::vector<float> expected(9 * n, 0.0f), weights(9 * n);
@@ -63,8 +69,7 @@ TEST(Gather, weights_are_those_of_the_rays_one_by_one) {
         continue;
       if (const std::int32_t met = s.set.hit(s.mesh, hit.triangle, ray); met >= 0)
         for (std::size_t l = 0; l < 9; ++l)
-          expected[l * n + static_cast<std::size_t>(met)] +=
-              float(4.0 / rays) * (bands == Bands::low ? sh::evaluate9(ray) : sh::evaluate_band4(ray))[l];
+          expected[l * n + static_cast<std::size_t>(met)] += float(4.0 / rays) * values(bands, ray)[l];
     }
     hits->weights(p, weights.data(), bands);
     int other = 0; // a ray along an edge may fall to either side

@@ -383,6 +383,23 @@ TEST(SurfaceMesh, facets_of_a_sill_shorten_towards_the_corners_of_its_pane) {
   EXPECT_GT(facets_of(*mesh, 0), 30u);
 }
 
+TEST(SurfaceMesh, a_sill_that_goes_on_beyond_its_pane_has_small_facets_beside_it_too) {
+  PaneAndSills s;
+  for (glm::dvec3& v : s.room.vertices)
+    if (v.y == 0.0 && v.z == 1.0 && &v - s.room.vertices.data() < 4)
+      v.y = 0.05; // the pane stands back from the outside of the wall
+  const auto mesh = mesh_surfaces(s.room, {.edge_m = 2.0, .panes = {&s.pane, 1}});
+  ASSERT_TRUE(mesh);
+  double longest = 0;
+  for (const Facet& f : mesh->facets) {
+    const auto y = [&](std::size_t k) { return f.corner[k % 3].y + mesh->origin.y; };
+    for (std::size_t k = 0; f.material == 0 && k < 3; ++k)
+      if (std::min({y(0), y(1), y(2)}) <= 0.0 && std::max({y(0), y(1), y(2)}) >= 0.0) // the pane stands on it
+        longest = std::max(longest, glm::distance(f.corner[k], f.corner[(k + 1) % 3]));
+  }
+  EXPECT_LE(longest, 0.36) << "a square of a quarter of the pane's width";
+}
+
 TEST(SurfaceMesh, a_floor_that_begins_at_a_pane_is_no_sill) {
   const PaneAndSills s(0.6);
   const auto without = mesh_surfaces(s.room, {.edge_m = 0.6});
