@@ -81,13 +81,12 @@ RealRoom school_wing() {
   m.panel(kY, s.corridor_high, {corridor.low.x, corridor.low.z, corridor.high.x, corridor.high.z}, doors);
   m.material("window");
   m.rectangle(kX, outside.low.x, end);
-  constexpr int kAsked = 2; // the classroom that a user asks for
   for (int i = 0; i < 6; ++i) {
     add_classroom(m, s, i);
-    room.places.push_back({"classroom " + std::to_string(i + 1), s.classroom(i), i == kAsked ? 24 : kManyPoints});
+    room.places.push_back({"classroom " + std::to_string(i + 1), s.classroom(i)});
   }
-  std::swap(room.places[0], room.places[kAsked]);
-  room.places.push_back({"corridor", corridor, kManyPoints});
+  std::swap(room.places[0], room.places[2]);
+  room.places.push_back({"corridor", corridor});
   m.material("wood"); // what is there twice: the cupboards' tops and fronts, pinboards
   for (int i = 0; i < 6; ++i) {
     const Space c = s.classroom(i);
