@@ -8,7 +8,8 @@ namespace daylit::radiosity {
 
 namespace {
 
-constexpr double kOff = 0.25; // of the least height: so far from a surface is the air looked at
+constexpr double kOff = 0.25;      // of the least height: so far from a surface is the air looked at
+constexpr double kShortest = 0.25; // of the longest edge
 
 } // namespace
 
@@ -38,7 +39,7 @@ double AirHeight::edge_m(const glm::dvec3& p, const glm::dvec3& normal, double l
       continue;
     const double height = height_m(p + kOff * least_m_ * side, longest_m);
     if (height >= least_m_)
-      edge = std::min(edge, height);
+      edge = std::min(edge, std::max(height, kShortest * longest_m));
   }
   return edge;
 }

@@ -52,6 +52,7 @@ TEST(AirHeight, is_the_distance_between_the_surfaces_above_and_below_a_side_that
   EXPECT_EQ(air->edge_m({2, 1.5, kLow + 0.05}, up, 1.0), 1.0) << "the top of the bench";
   EXPECT_EQ(air->edge_m({2, 3, 0}, up, 1.0), 1.0);
   EXPECT_NEAR(air->edge_m({2, 3, 0}, up, 10.0), 3.0, 1e-5) << "edges longer than the room is high";
+  EXPECT_EQ(air->edge_m({2, 1.5, 0}, up, 2.0), 0.5) << "no shorter than a quarter of the longest";
   EXPECT_NEAR(air->edge_m({0, 3, 1}, {1, 0, 0}, 10.0), 3.0, 1e-5) << "a wall";
 }
 
