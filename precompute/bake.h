@@ -28,7 +28,6 @@ namespace daylit::precompute {
 struct BakeOptions {
   double facet_edge_m = 0; ///< 0: chosen for target_facets
   double near_m = 0.08;    ///< radiosity::MeshOptions::near_m: less than the thickness of most walls
-  double low_air_m = 0;    ///< radiosity::MeshOptions::low_air_m
   int target_facets = 2500;
   double visibility_rays = 229376;  ///< of partly hidden pairs, per unit of form factor
   int directions = 16384;           ///< of direct light, radiosity::FirstBounceOptions

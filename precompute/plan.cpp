@@ -16,8 +16,6 @@ namespace daylit::precompute {
 
 namespace {
 
-constexpr double kLowAir_m = 0.08;     // air so high, in which things may stand, and higher makes facets short
-constexpr double kLowAirTarget = 0.03; // where no more error than that is wanted
 // Parts of the target. Together 0.67 of it; a bake that misses is repeated with better knowledge.
 constexpr double kMeshPart = 0.45, kGridPart = 0.38;
 constexpr double kMeshPartOfRooms = 0.36; ///< in a building: the law knows the error of all rooms, not that of dim ones
@@ -63,7 +61,6 @@ public:
     plan.options.held_out_rooms = calibration_.rooms;
     choose_effort(target, plan.options);
     choose_mesh(target, plan.options);
-    plan.options.low_air_m = target <= kLowAirTarget ? kLowAir_m : 0.0;
     choose_clusters(target, plan.options);
     choose_grid(target, plan.options);
     if (const Result<void> fits = check_grid(plan.options); !fits)

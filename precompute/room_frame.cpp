@@ -15,7 +15,6 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   BakeOptions local = world;
   local.facet_edge_m /= frame.unit_m;
   local.near_m /= frame.unit_m;
-  local.low_air_m /= frame.unit_m;
   // Where the grid is given the spacing only bounds the distance from the walls: the same part of every room.
   if (std::min({world.grid.x, world.grid.y, world.grid.z}) <= 0)
     local.spacing_m /= frame.unit_m;

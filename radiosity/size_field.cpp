@@ -21,16 +21,9 @@ constexpr double kCells = 64;      // along the room's longest side
 constexpr double kUsual = 0.1;     // of the usual importance: from here on facets keep their size
 
 struct Landing {
-  glm::dvec3 point, normal; ///< on the side that it came to
+  glm::dvec3 point;
   double weight;
 };
-
-/// Of the axis along which a normal points most.
-std::uint8_t facing_bit(const glm::dvec3& n) {
-  const glm::dvec3 a = glm::abs(n);
-  const int axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
-  return static_cast<std::uint8_t>(1u << (2 * axis + (n[axis] < 0.0 ? 1 : 0)));
-}
 
 /// One walk: uniform from the receiver, cosine-distributed from each surface, weight times its reflectance.
 std::vector<Landing> walk(const Room& room, const RayScene& rays, const glm::dvec3& from, std::uint32_t index) {
@@ -43,13 +36,13 @@ std::vector<Landing> walk(const Room& room, const RayScene& rays, const glm::dve
                       hit))
       break;
     p += static_cast<double>(hit.distance) * d;
+    landings.push_back({p, weight});
     const RoomTriangle& t = room.triangles[hit.triangle];
     const glm::dvec3 normal =
         glm::normalize(glm::cross(room.corner(t, 1) - room.corner(t, 0), room.corner(t, 2) - room.corner(t, 0)));
-    const glm::dvec3 side = glm::dot(normal, d) < 0.0 ? normal : -normal;
-    landings.push_back({p, side, weight});
     const Rgb& reflectance = room.materials[t.material].reflectance;
     weight *= static_cast<double>(reflectance.r + reflectance.g + reflectance.b) / 3.0;
+    const glm::dvec3 side = glm::dot(normal, d) < 0.0 ? normal : -normal;
     d = cosine_direction(side, r2_point(index, random_shift(mix_bits(index) + static_cast<std::uint64_t>(bounce))));
   }
   return landings;
@@ -68,15 +61,12 @@ SizeField::SizeField(const Room& room, const RayScene& rays, std::span<const glm
   cells_ = glm::ivec3(size / cell_m_) + 1;
   importance_.resize(static_cast<std::size_t>(cells_.x) * static_cast<std::size_t>(cells_.y) *
                      static_cast<std::size_t>(cells_.z));
-  facing_.resize(importance_.size());
   std::vector<std::vector<Landing>> walks(kWalks);
   parallel_for(std::uint32_t{0}, kWalks,
                [&](std::uint32_t i) { walks[i] = walk(room, rays, receivers[i % receivers.size()], i); });
   for (const std::vector<Landing>& landings : walks)
-    for (const Landing& l : landings) {
+    for (const Landing& l : landings)
       importance_[cell_of(l.point)] += l.weight;
-      facing_[cell_of(l.point)] |= facing_bit(l.normal);
-    }
   double sum = 0, sum2 = 0;
   for (const std::vector<Landing>& landings : walks)
     for (const Landing& l : landings) {
@@ -96,10 +86,6 @@ double SizeField::importance(const glm::dvec3& p) const {
   if (importance_.empty())
     return 1.0;
   return importance_[cell_of(p)];
-}
-
-bool SizeField::reaches(const glm::dvec3& p, const glm::dvec3& normal) const {
-  return facing_.empty() || (facing_[cell_of(p)] & facing_bit(normal)) != 0;
 }
 
 std::size_t SizeField::cell_of(const glm::dvec3& p) const {

@@ -4,7 +4,6 @@
 // (importance-driven refinement: Smits, Arvo, Salesin 1992).
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -32,14 +31,11 @@ public:
   double at(const glm::dvec3& p) const;
   /// W there: 1 and more where facets keep their size, 0 where no walk came.
   double importance(const glm::dvec3& p) const;
-  /// A walk came to a surface near p that faces about that way, or nothing is known of walks.
-  bool reaches(const glm::dvec3& p, const glm::dvec3& normal) const;
 
 private:
   std::size_t cell_of(const glm::dvec3& p) const;
 
-  std::vector<double> importance_;   ///< of each cell, 0 where no walk came; empty: one everywhere
-  std::vector<std::uint8_t> facing_; ///< of each cell: bits of the axes, +x -x +y -y +z -z, that its surfaces face
+  std::vector<double> importance_; ///< of each cell, 0 where no walk came; empty: one everywhere
   glm::dvec3 low_{0.0};
   glm::ivec3 cells_{0};
   double cell_m_ = 1;

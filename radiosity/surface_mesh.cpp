@@ -9,7 +9,6 @@
 
 #include <glm/geometric.hpp>
 
-#include "radiosity/detail/air_height.h"
 #include "radiosity/detail/near_edges.h"
 #include "radiosity/detail/near_panes.h"
 #include "radiosity/detail/plane_groups.h"
@@ -154,15 +153,10 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
   const NearPanes panes(options.panes, mesh.origin, groups);
-  const auto air = AirHeight::make(room, options.field, options.low_air_m);
-  if (!air)
-    return air.error();
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count of those that
   // the edge length decides within 5 %.
   const auto edge_within = [&](const glm::dvec3& p, std::size_t group, double longest_m) {
-    const double low_m =
-        options.low_air_m > 0 ? air->edge_m(p + mesh.origin, groups[group].normal, longest_m) : longest_m;
-    return std::min({longest_m, panes.edge_m(p, group), low_m}) * options.field.at(p + mesh.origin);
+    return std::min(longest_m, panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
   };
   if (const std::size_t fixed = count_at_least(groups, outlines, edge_within); fixed >= kManyFixed)
     mesh.fixed_facets = fixed;

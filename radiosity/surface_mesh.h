@@ -43,7 +43,6 @@ struct MeshOptions {
   /// Faces that end this close to others without touching them cut those, where it matters to facets of this size
   /// (add_near_edges()). 0: only those that touch.
   double near_m = 0;
-  double low_air_m = 0; ///< where the air is low, but at least so high, edges are short (AirHeight). 0: nowhere
   SizeField field = {}; ///< where edges may be longer
   /// Windows: edges are short on the sills and reveals beside them.
   std::span<const Aperture> panes = {};

@@ -98,7 +98,6 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m,
                                                                         .target_facets = options.target_facets,
                                                                         .near_m = options.near_m,
-                                                                        .low_air_m = options.low_air_m,
                                                                         .field = p.field,
                                                                         .panes = p.apertures.list});
   if (!mesh)

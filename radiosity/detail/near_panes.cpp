@@ -11,8 +11,9 @@ namespace daylit::radiosity {
 namespace {
 
 // Of the width of the pane:
-constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kShallowest = 1.0 / 16, kDeepest = 0.5;
-constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
+constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kFirst = 0.125, kShallowest = 1.0 / 6; // of a plane that begins outside
+constexpr double kAcross = 0.7;                         // cosine between the normals of face and pane, at most
 
 double distance_to_corner(const PaneOutline& pane, const glm::dvec3& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -33,12 +34,17 @@ NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, 
   }
 }
 
+/// One that goes on beyond the pane counts only where much of it lies inside.
 bool NearPanes::is_reveal(const PlaneGroup& group, const PaneOutline& pane) {
-  double deepest = 0.0;
+  double first = 0.0, deepest = 0.0;
   for (const auto& triangle : group.triangles)
-    for (const glm::dvec2& corner : triangle)
-      deepest = std::max(deepest, glm::dot(group.lift(corner) - pane.corners[0], pane.inward) / pane.width_m);
-  return std::abs(glm::dot(group.normal, pane.inward)) <= kAcross && deepest > kShallowest && deepest <= kDeepest;
+    for (const glm::dvec2& corner : triangle) {
+      const double inside = glm::dot(group.lift(corner) - pane.corners[0], pane.inward) / pane.width_m;
+      first = std::min(first, inside);
+      deepest = std::max(deepest, inside);
+    }
+  return std::abs(glm::dot(group.normal, pane.inward)) <= kAcross && deepest <= kDeepest &&
+         (first >= -kInPane || (first >= -kFirst && deepest >= kShallowest));
 }
 
 /// w / 4 within w / 8 of the outline; at a corner, where sill and reveal light each other, the distance to it.

@@ -14,9 +14,9 @@ namespace daylit::radiosity {
 /// How long facet edges may be on sills and reveals, whose irradiance from the sky falls off beside the pane: w / 4
 /// within w / 8 of its outline, where w is its width, the shorter side, and at a corner of the outline, where a sill
 /// and a reveal light each other, as long as the distance to the corner, w / 16 at least. Sills and reveals are planes
-/// that stand across a pane and end within w / 2 on its inner side, wherever they begin: panes stand back from the
-/// outside of a wall. Of a wall that begins at a pane only a small part lies beside it, and the wall in which a pane
-/// lies does not see it.
+/// that stand across a pane and end within w / 2 on its inner side. Where the pane stands back from the outside of its
+/// wall they begin up to w / 8 outside; then those count that reach w / 6 inside. Of a wall that begins at a pane only
+/// a small part lies beside it, and the wall in which a pane lies does not see it.
 class NearPanes {
 public:
   /// `origin`: of the frame of `groups` and edge_m(), in the frame of the panes.
