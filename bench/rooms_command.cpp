@@ -180,7 +180,7 @@ Command add_rooms(CLI::App& program) {
   parser->add_option("--folder", m.folder, "for models, volumes, logs and the reference, which is kept")
       ->capture_default_str();
   parser->add_option("--limit", m.limit_s, "seconds that a bake may take")->capture_default_str();
-  parser->add_option("--points-per-place", arguments->points, "where light is compared (default: 24 to 64)")
+  parser->add_option("--points-per-place", arguments->points, "where light is compared (default: 24 to 72)")
       ->check(CLI::Range(1, 10000));
   parser->add_option("--samples", m.truth.samples, "paths per point and axis of the reference")
       ->check(CLI::Range(kBatches, 1 << 22))

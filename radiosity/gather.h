@@ -41,9 +41,8 @@ public:
   Result<void> add_rays(std::span<const std::uint16_t> more, const Progress& progress);
   /// Mean over the directions from a point of the radiosity that is met there, and the variance of a ray of its fans.
   std::array<double, 2> moments(std::size_t point, std::span<const float> radiosity) const;
-  /// The nine rows of a point, steradian / pi: coefficient lm = sum over patches of weights[lm][patch] * radiosity; of
-  /// irradiance in the same way.
-  /// Overwritten.
+  /// The nine rows of a point, steradian / pi: coefficient lm = sum over patches of weights[lm][patch] * radiosity, and
+  /// irradiance in the same way. Overwritten.
   void weights(std::size_t point, float* nine_rows, Bands bands = Bands::low) const;
   /// weights() of aggregated patches, summed: those up to aggregate_end[0], from there up to aggregate_end[1], and so
   /// on. A group is one aggregate, or each of its patches is.
