@@ -16,10 +16,6 @@ namespace {
 
 std::string name_of(const ObjectConfig& object) { return object.model.filename().string(); }
 
-Error named(Error error, const ObjectConfig& object) {
-  error.where = name_of(object) + ", on, " + error.where;
-  return error;
-}
 
 constexpr double kTouch_m = 3e-3, kTouchPart = 5e-3;
 
@@ -42,6 +38,27 @@ glm::dmat4 shrunk(const Bounds& box) {
   return glm::translate(glm::scale(glm::translate(glm::dmat4(1.0), box.centre()), scale), -box.centre());
 }
 
+double longest(const Bounds& box) {
+  const glm::dvec3 size = box.size();
+  return std::max({size.x, size.y, size.z});
+}
+
+/// Empty for an object that fits into the room.
+std::string other_unit(const Bounds& object, const Room& room) {
+  const double length = longest(object), most = longest(room.bounds());
+  return length <= most ? ""
+                        : fmt::format("it is {:.3g} m long, the room {:.3g} m: a model in millimetres needs scale = "
+                                      "0.001, one in centimetres 0.01",
+                                      length, most);
+}
+
+Error named(Error error, const ObjectConfig& object, const Bounds& box, const Room& room) {
+  error.where = name_of(object) + ", on, " + error.where;
+  if (std::string hint = other_unit(box, room); !hint.empty())
+    error.hint = std::move(hint);
+  return error;
+}
+
 /// x and y of the object's origin for which its centre of mass is above a place.
 glm::dvec2 origin_above(const glm::dvec2& place, const ObjectConfig& object, const WeighedMesh& mesh) {
   const glm::dvec4 mass = object_transform(object) * glm::dvec4(mesh.weight.centre_of_mass, 1.0);
@@ -56,10 +73,10 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
     return object;
   ObjectConfig placed = object;
   if (!object.on->has_place) {
-    const double height_m = placed_bounds(mesh.mesh, object_transform(object)).size().z;
-    const auto middle = middle_of(room, rays, object.on->surface, height_m);
+    const Bounds there = placed_bounds(mesh.mesh, object_transform(object));
+    const auto middle = middle_of(room, rays, object.on->surface, there.size().z);
     if (!middle)
-      return named(middle.error(), object);
+      return named(middle.error(), object, there, room);
     placed.position = {origin_above(*middle, placed, mesh), 0.0};
     placed.on = StandsOn{object.on->surface, true};
   }
@@ -68,7 +85,7 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
   const glm::dvec2 mass(transform * glm::dvec4(mesh.weight.centre_of_mass, 1.0));
   const auto surface = surface_below(room, rays, mass, placed.on->surface, box.size().z);
   if (!surface)
-    return named(surface.error(), object);
+    return named(surface.error(), object, box, room);
   const double lift = lies_on_a_sheet(mesh, transform, box.min.z) ? kLift_m : 0.0;
   placed.position.z += surface->height_m + lift - box.min.z;
   return placed;
@@ -80,6 +97,8 @@ std::vector<std::string> standing_warnings(const ObjectConfig& object, const Wei
     return {};
   const glm::dmat4 transform = object_transform(object);
   const Bounds box = placed_bounds(mesh.mesh, transform);
+  if (const std::string hint = other_unit(box, room); !hint.empty())
+    return {name_of(object) + " is larger than the room: " + hint};
   if (object.on) {
     auto lines =
         standing_warnings(name_of(object), check_standing(mesh, transform, room, rays), glm::length(box.size()));

@@ -212,6 +212,23 @@ TEST_F(Placing, an_object_with_a_position_is_reported_where_the_room_cuts_throug
   EXPECT_NE(sunk[0].find("box.obj intersects the room: \"wall\" cuts through it"), std::string::npos) << sunk[0];
 }
 
+TEST_F(Placing, an_object_longer_than_the_room_is_said_to_be_in_another_unit) {
+  const ObjectMesh mesh = box_mesh({200.0f, 200.0f, 300.0f}), fits = box_mesh({0.2f, 0.2f, 3.3f});
+  const auto fails = set_down(on("", 3.0, 3.0), WeighedMesh(mesh), room_, rays_);
+  ASSERT_FALSE(fails);
+  EXPECT_NE(fails.error().message().find("it is 300 m long, the room 4 m: a model in millimetres needs scale = 0.001"),
+            std::string::npos)
+      << fails.error().message();
+  ObjectConfig free = on("", 3.0, 3.0);
+  free.on.reset();
+  const auto warnings = standing_warnings(free, WeighedMesh(mesh), room_, rays_);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].find("box.obj is larger than the room: it is 300 m long"), 0u) << warnings[0];
+  const auto high = set_down(on("", 3.0, 3.0), WeighedMesh(fits), room_, rays_);
+  ASSERT_FALSE(high);
+  EXPECT_EQ(high.error().message().find("millimetres"), std::string::npos) << high.error().message();
+}
+
 TEST(PlacingMass, centre_of_mass_of_a_solid_and_of_a_sheet) {
   EXPECT_LT(glm::length(weigh(box_mesh({0.2f, 0.4f, 0.6f}, 0.1f)).centre_of_mass - glm::dvec3(0.15, 0.2, 0.3)), 1e-6);
   ObjectMesh open = box_mesh({2.0f, 2.0f, 2.0f});
