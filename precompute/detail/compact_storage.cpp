@@ -108,7 +108,8 @@ CompactBasis assemble(const std::vector<ProbeCluster>& clusters, const SurfaceLi
   const Aggregates aggregates(clusters, sigma, basis);
   const auto add = [&](const ProbeCluster& c, const Factors& factors, CompactFactors& out) {
     out.cluster.push_back({.probes = static_cast<std::uint32_t>(c.point.size())});
-    aggregates.add_sources(c.seen, out.source);
+    if (factors.rank() > 0) // no light reaches the others
+      aggregates.add_sources(c.seen, out.source);
     for (const std::uint32_t p : c.point)
       out.probe.push_back(static_cast<std::uint32_t>(probe_of_point[p]));
     append_factors(factors, out);

@@ -272,7 +272,7 @@ std::uint32_t append_components(const Factors& f, Stored type, Components<T>& ou
 
 void append_factors(const Factors& f, CompactFactors& out) {
   CompactFactors::Cluster& cluster = out.cluster.back();
-  cluster.sources = static_cast<std::uint32_t>(f.sources);
+  cluster.sources = f.rank() > 0 ? static_cast<std::uint32_t>(f.sources) : 0;
   cluster.strong = append_components(f, Stored::strong, out.strong);
   cluster.weak = append_components(f, Stored::weak, out.weak);
 }

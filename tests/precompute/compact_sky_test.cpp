@@ -93,6 +93,19 @@ TEST(CompactSky, dim_room_beside_a_bright_one_keeps_its_light) {
   }
 }
 
+TEST(CompactSky, room_in_the_dark_beside_a_bright_one_is_kept_without_light) {
+  Case c = make_case(6);
+  c.dim = 0.0;
+  for (const std::size_t p : c.probe_of_point)
+    c.part.push_back(c.probes.positions[p].x >= 3.0f ? 1 : 0);
+  for (const double error : {0.01, 0.1}) { // a cluster has less and more coefficients than the sketch has columns
+    const CompactBasis basis = compress(c, error);
+    const auto good = check_compact(basis, c.partition.size(), c.probes.size());
+    ASSERT_TRUE(good) << good.error().message();
+    EXPECT_LT(relative_error(c, basis, glm::normalize(glm::dvec3(0.5, 1.0, 0.4))), 2 * error) << error;
+  }
+}
+
 /// Irradiance of the sources under some sky, [source].
 std::vector<float> under_a_sky(const SurfaceLight& light) {
   std::vector<float> out;
