@@ -16,7 +16,6 @@ namespace {
 
 std::string name_of(const ObjectConfig& object) { return object.model.filename().string(); }
 
-
 constexpr double kTouch_m = 3e-3, kTouchPart = 5e-3;
 
 constexpr double kFlat_m = 1e-4;   // a face whose corners are no higher lies on what is below,
@@ -85,7 +84,9 @@ Result<ObjectConfig> set_down(const ObjectConfig& object, const WeighedMesh& mes
   const glm::dvec2 mass(transform * glm::dvec4(mesh.weight.centre_of_mass, 1.0));
   const auto surface = surface_below(room, rays, mass, placed.on->surface, box.size().z);
   if (!surface)
-    return named(surface.error(), object, box, room);
+    return named({surface.error().code, surface.error().what, "its centre of mass " + surface.error().where,
+                  surface.error().hint},
+                 object, box, room);
   const double lift = lies_on_a_sheet(mesh, transform, box.min.z) ? kLift_m : 0.0;
   placed.position.z += surface->height_m + lift - box.min.z;
   return placed;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <ranges>
 #include <vector>
 
 #include <fmt/format.h>
@@ -19,6 +20,7 @@ namespace daylit {
 namespace {
 
 constexpr double kContact_m = 1e-3, kContactPart = 2e-3;
+constexpr double kEdgePart = 1.0 / 64; // of an object's width: from point to point of an edge that it stands on
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
@@ -110,13 +112,26 @@ void find_room_edges(const ObjectMesh& mesh, const glm::dmat4& world_from_object
     }
 }
 
-/// Horizontal places of the lowest points that have the room right below them.
-std::vector<glm::dvec2> contact_points(const std::vector<glm::dvec3>& at, const Bounds& box, const RayScene& rays) {
-  const double near = std::max(kContact_m, kContactPart * box.size().z);
+/// Horizontal places of the lowest points that have the room right below them: corners, and points of edges between
+/// two low ones, of which a part may reach beyond the edge of a table.
+std::vector<glm::dvec2> contact_points(const ObjectMesh& mesh, const std::vector<glm::dvec3>& at, const Bounds& box,
+                                       const RayScene& rays) {
+  const double near = std::max(kContact_m, kContactPart * box.size().z),
+               step = kEdgePart * std::max(box.size().x, box.size().y);
   std::vector<glm::dvec2> contact;
-  for (const glm::dvec3& p : at)
-    if (p.z < box.min.z + near && crossing(rays, p + glm::dvec3(0, 0, near), p - glm::dvec3(0, 0, 2.0 * near)))
+  const auto look = [&](const glm::dvec3& p) {
+    if (crossing(rays, p + glm::dvec3(0, 0, near), p - glm::dvec3(0, 0, 2.0 * near)))
       contact.emplace_back(p);
+  };
+  const auto is_low = [&](const glm::dvec3& p) { return p.z < box.min.z + near; };
+  std::ranges::for_each(at | std::views::filter(is_low), look);
+  for (const auto& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::dvec3 &a = at[t[k]], &b = at[t[(k + 1) % 3]];
+      const double length = glm::length(b - a);
+      for (double along = step; along < length && is_low(a) && is_low(b); along += step)
+        look(a + along / length * (b - a));
+    }
   return contact;
 }
 
@@ -154,7 +169,7 @@ Standing check_standing(const WeighedMesh& object, const glm::dmat4& world_from_
   if (at.empty())
     return out;
   const Bounds box = placed_bounds(mesh, world_from_object);
-  const std::vector<glm::dvec2> contact = contact_points(at, box, rays);
+  const std::vector<glm::dvec2> contact = contact_points(mesh, at, box, rays);
   const glm::dvec3 mass(world_from_object * glm::dvec4(object.weight.centre_of_mass, 1.0));
   out.supported = !contact.empty();
   if (out.supported)
