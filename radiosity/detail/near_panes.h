@@ -16,7 +16,8 @@ namespace daylit::radiosity {
 /// and a reveal light each other, as long as the distance to the corner, w / 16 at least. Sills and reveals are planes
 /// that stand across a pane and end within w / 2 on its inner side. Where the pane stands back from the outside of its
 /// wall they begin up to w / 8 outside; then those count that reach w / 6 inside. Of a wall that begins at a pane only
-/// a small part lies beside it, and the wall in which a pane lies does not see it.
+/// a small part lies beside it, and the wall in which a pane lies does not see it. Panes without a level sill count
+/// nothing, those of skylights: things stand nowhere near them.
 class NearPanes {
 public:
   /// `origin`: of the frame of `groups` and edge_m(), in the frame of the panes.
@@ -27,6 +28,7 @@ public:
 
 private:
   static bool is_reveal(const PlaneGroup& group, const PaneOutline& pane);
+  static bool is_sill(const PlaneGroup& group, const PaneOutline& pane);
 
   std::vector<std::vector<PaneOutline>> panes_; ///< of each group
 };

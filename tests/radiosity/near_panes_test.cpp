@@ -110,5 +110,20 @@ TEST(NearPanes, a_plane_that_begins_outside_and_reaches_little_inside_is_no_sill
   EXPECT_EQ(facets_of(*with, 0), facets_of(*without, 0)) << "a window's frame";
 }
 
+TEST(NearPanes, reveals_count_beside_a_sill_and_not_without_one) {
+  PaneAndSills s;
+  s.room.materials.resize(4);
+  add_quad(s.room, {0, -0.4, 1}, {0, -0.4, 2}, {0, 0, 2}, {0, 0, 1}, 3);
+  const auto beside = mesh_surfaces(s.room, {.edge_m = 2.0, .panes = {&s.pane, 1}});
+  Room reveal;
+  reveal.materials.resize(1);
+  add_quad(reveal, {0, -0.4, 1}, {0, -0.4, 2}, {0, 0, 2}, {0, 0, 1}); // as beside a skylight: nothing stands there
+  const auto alone = mesh_surfaces(reveal, {.edge_m = 2.0, .panes = {&s.pane, 1}}),
+             without = mesh_surfaces(reveal, {.edge_m = 2.0});
+  ASSERT_TRUE(beside && alone && without);
+  EXPECT_EQ(alone->facets.size(), without->facets.size());
+  EXPECT_GT(facets_of(*beside, 3), 2 * without->facets.size());
+}
+
 } // namespace
 } // namespace daylit::radiosity
