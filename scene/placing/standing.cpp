@@ -128,8 +128,8 @@ std::vector<glm::dvec2> contact_points(const ObjectMesh& mesh, const std::vector
   for (const auto& t : mesh.triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       const glm::dvec3 &a = at[t[k]], &b = at[t[(k + 1) % 3]];
-      const double length = glm::length(b - a);
-      for (double along = step; along < length && is_low(a) && is_low(b); along += step)
+      const double length = is_low(a) && is_low(b) ? glm::length(b - a) : 0.0;
+      for (double along = step; along < length; along += step)
         look(a + along / length * (b - a));
     }
   return contact;
