@@ -105,13 +105,13 @@ Result<void> predict_memory(const Problem& problem, const Room& room, const SkyP
 }
 
 /// Hits of rays are kept in what is left beside those aimed at holes; the others are traced again.
-std::size_t kept_rays(const BakeOptions& options, double needed_bytes, std::size_t aiming_points) {
-  constexpr std::size_t kMost = radiosity::GatherHits::kMostKeptRays;
+std::size_t kept_bytes(const BakeOptions& options, double needed_bytes, std::size_t aiming_points) {
+  constexpr std::size_t kMost = radiosity::GatherHits::kMostKeptBytes;
   if (options.memory_bytes <= 0)
     return kMost;
   const double left =
       options.memory_bytes - needed_bytes - static_cast<double>(aiming_points * radiosity::AimedRays::kMostBytes);
-  return std::min(kMost, static_cast<std::size_t>(std::max(0.0, left) / sizeof(std::int32_t)));
+  return std::min(kMost, static_cast<std::size_t>(std::max(0.0, left)));
 }
 
 /// What the probes see: with rays through small holes, and more rays where those of all are too few.
@@ -121,7 +121,7 @@ Result<radiosity::GatherHits> seen_from(std::span<const glm::dvec3> points, cons
                                         const BakeOptions& options, double needed_bytes, const Progress& progress) {
   auto hits = radiosity::gather_hits(points, elements.patches, elements.mesh, elements.rays,
                                      {.rays = options.gather_rays, .group = elements.parent, .faces = &faces}, progress,
-                                     kept_rays(options, needed_bytes, holes.empty() ? 0 : points.size()));
+                                     kept_bytes(options, needed_bytes, holes.empty() ? 0 : points.size()));
   if (!hits)
     return hits.error();
   if (const Result<void> aimed = hits->aim_at(holes, white, progress); !aimed)

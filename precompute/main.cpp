@@ -24,6 +24,7 @@
 #include "scene/core/atomic_file.h"
 #include "scene/core/checksum.h"
 #include "scene/core/command_line.h"
+#include "scene/core/memory.h"
 #include "scene/core/output_file.h"
 #include "scene/core/program.h"
 #include "scene/core/prompt_exit.h"
@@ -344,6 +345,7 @@ int run_command(int argc, char** argv) {
 int main(int argc, char** argv) {
   radiosity::use_matrix_kernels_of_this_processor(argv);
   watch_for_interrupt(); // first: an interrupt may come at once
+  keep_freed_memory();
   const int code = run_command(argc, argv);
   // Where a limit leaves nothing, the threads of OpenBLAS do not end, and the process would wait for them.
   if (!precompute::allowed_memory(0)) {

@@ -79,7 +79,7 @@ void GatherHits::trace_facets(std::size_t fan, std::span<std::int32_t> met) cons
 
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSet& set, const SurfaceMesh& mesh,
                                const RayScene& facets, const GatherOptions& options, const Progress& progress,
-                               std::size_t most_kept_rays) {
+                               std::size_t most_kept_bytes) {
   GatherHits hits;
   hits.set_ = &set;
   hits.mesh_ = &mesh;
@@ -89,7 +89,8 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSe
   hits.origin_.assign(points.begin(), points.end());
   for (std::size_t p = 0; p < points.size(); ++p)
     hits.turn_.push_back(turn_of(p));
-  hits.most_kept_rays_ = most_kept_rays;
+  hits.most_kept_bytes_ = most_kept_bytes;
+  hits.patch_ = PatchNumbers(set.patches.size());
   hits.rays_ = static_cast<std::size_t>(options.rays);
   hits.fan_ = RayFan::of(options.rays);
   hits.rays_in_groups_ = RayGroups::of(hits.fan_.direction);
@@ -102,10 +103,13 @@ Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSe
 /// Traces those that are not kept yet, as many as may be.
 Result<void> GatherHits::keep_fans(const Progress& progress) {
   const std::size_t first = patch_.size() / rays_,
-                    end = std::max(first, std::min(origin_.size(), most_kept_rays_ / rays_));
+                    kept = most_kept_bytes_ / PatchNumbers::bytes_each(patches()) / rays_,
+                    end = std::max(first, std::min(origin_.size(), kept));
   patch_.resize(end * rays_);
   return parallel_stage("rays", end - first, kReport, progress, [&](std::size_t k) {
-    trace(first + k, std::span(patch_).subspan((first + k) * rays_, rays_));
+    std::vector<std::int32_t> met(rays_);
+    trace(first + k, met);
+    patch_.put((first + k) * rays_, met);
   });
 }
 
@@ -132,8 +136,11 @@ Result<void> GatherHits::aim_at(std::span<const HoleOutline> holes, std::span<co
   const Result<void> done = parallel_stage("rays", points_, kReport, progress, aim);
   aimed_ = std::move(made);
   const std::size_t kept = patch_.size() / rays_;
-  parallel_for(std::size_t{0}, kept,
-               [&](std::size_t fan) { drop_covered(fan, std::span(patch_).subspan(fan * rays_, rays_)); });
+  parallel_for(std::size_t{0}, kept, [&](std::size_t fan) {
+    std::vector<std::int32_t> seen = met(fan);
+    drop_covered(fan, seen);
+    patch_.put(fan * rays_, seen);
+  });
   return done;
 }
 
@@ -173,8 +180,7 @@ void GatherHits::for_each_fan(std::size_t point, const Visit& visit) const {
 std::array<double, 2> GatherHits::moments(std::size_t point, std::span<const float> radiosity) const {
   std::array<double, 2> sum{};
   for_each_fan(point, [&](std::size_t fan) {
-    std::vector<std::int32_t> again;
-    for (const std::int32_t patch : met(fan, again))
+    for (const std::int32_t patch : met(fan))
       if (patch >= 0) {
         const auto b = static_cast<double>(radiosity[static_cast<std::size_t>(patch)]);
         sum[0] += b;
@@ -227,12 +233,13 @@ std::size_t GatherHits::members_together(const glm::dvec3& point, const Group& g
   return std::min(run, count);
 }
 
-std::span<const std::int32_t> GatherHits::met(std::size_t fan, std::vector<std::int32_t>& again) const {
+std::vector<std::int32_t> GatherHits::met(std::size_t fan) const {
+  std::vector<std::int32_t> seen(rays_);
   if ((fan + 1) * rays_ <= patch_.size())
-    return std::span(patch_).subspan(fan * rays_, rays_);
-  again.resize(rays_);
-  trace(fan, again);
-  return again;
+    patch_.get(fan * rays_, seen);
+  else
+    trace(fan, seen);
+  return seen;
 }
 
 void GatherHits::count_rays(std::size_t point, std::span<std::uint64_t> rays) const {
@@ -241,8 +248,7 @@ void GatherHits::count_rays(std::size_t point, std::span<std::uint64_t> rays) co
       std::atomic_ref(rays[static_cast<std::size_t>(patch)]).fetch_add(count, std::memory_order_relaxed);
   };
   for_each_fan(point, [&](std::size_t fan) {
-    std::vector<std::int32_t> again;
-    for (const std::int32_t patch : met(fan, again))
+    for (const std::int32_t patch : met(fan))
       add(patch, kRay);
   });
   if (aimed_.empty())
@@ -286,10 +292,9 @@ void GatherHits::divide_by_area(const glm::dvec3& point, std::span<const std::ui
 /// Of kept hits, or of rays that are traced again.
 std::vector<float> GatherHits::sums(std::size_t fan, std::span<const std::uint32_t> aggregate_of,
                                     std::size_t aggregates, Bands bands) const {
-  std::vector<std::int32_t> again;
   std::vector<float> sum(aggregates * RayFan::kStride, 0.0f);
   const std::vector<float> axes = bands == Bands::axes ? fan_.axes(turn_[fan]) : std::vector<float>{};
-  add_harmonics(met(fan, again), aggregate_of, (axes.empty() ? fan_.of(bands) : axes).data(), sum.data());
+  add_harmonics(met(fan), aggregate_of, (axes.empty() ? fan_.of(bands) : axes).data(), sum.data());
   divide_by_area(origin_[fan], aggregate_of, sum);
   return sum;
 }

@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/aimed_rays.h"
+#include "radiosity/detail/patch_numbers.h"
 #include "radiosity/detail/ray_fan.h"
 #include "radiosity/detail/whole_faces.h"
 #include "radiosity/patches.h"
@@ -24,12 +25,12 @@ struct GatherOptions {
   const WholeFaces* faces = nullptr; ///< of the same facets; most rays are then quicker. Kept by reference
 };
 
-/// What points in the air see: the patch met by each of their rays. Kept for as many points as kMostKeptRays allow;
+/// What points in the air see: the patch met by each of their rays. Kept for as many points as kMostKeptBytes allow;
 /// those of the others are traced again whenever they are needed, with the same result. Refers to the set, the mesh
 /// and the scene it was made of.
 class GatherHits {
 public:
-  static constexpr std::size_t kMostKeptRays = std::size_t{1} << 27; ///< half a gigabyte
+  static constexpr std::size_t kMostKeptBytes = std::size_t{1} << 30;
 
   std::size_t points() const { return points_; }
   std::size_t patches() const { return set_->patches.size(); }
@@ -58,7 +59,7 @@ public:
 private:
   friend Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSet& set,
                                         const SurfaceMesh& mesh, const RayScene& facets, const GatherOptions& options,
-                                        const Progress& progress, std::size_t most_kept_rays);
+                                        const Progress& progress, std::size_t most_kept_bytes);
   /// Patches [first, end) that count as one from afar.
   struct Group {
     std::uint32_t group, first, end;
@@ -82,8 +83,8 @@ private:
   /// [aggregate][RayFan::kStride] of the rays of a fan; `aggregate_of` each patch.
   std::vector<float> sums(std::size_t fan, std::span<const std::uint32_t> aggregate_of, std::size_t aggregates,
                           Bands bands) const;
-  /// The patches that a fan's rays meet: those kept, or else traced into `again`.
-  std::span<const std::int32_t> met(std::size_t fan, std::vector<std::int32_t>& again) const;
+  /// The patches that a fan's rays meet: those kept, or else traced again.
+  std::vector<std::int32_t> met(std::size_t fan) const;
   void trace(std::size_t fan, std::span<std::int32_t> met) const;
   /// Fills in what is WholeFaces::kUnknown, sixteen rays at a time.
   void trace_facets(std::size_t fan, std::span<std::int32_t> met) const;
@@ -92,20 +93,20 @@ private:
   const SurfaceMesh* mesh_ = nullptr;
   const RayScene* scene_ = nullptr;
   const WholeFaces* faces_ = nullptr;
-  std::size_t points_ = 0, most_kept_rays_ = 0;
+  std::size_t points_ = 0, most_kept_bytes_ = 0;
   std::vector<glm::dvec3> origin_;      ///< of each fan
   std::vector<glm::vec2> turn_;         ///< of each fan: cosine and sine of the angle
   std::vector<std::size_t> first_more_; ///< fan of each point after its first, and the end; empty: there are none
   std::vector<AimedRays> aimed_;        ///< of each point; empty: none has any
   std::size_t rays_ = 0;                ///< of a fan
   std::vector<Group> groups_;
-  std::vector<std::int32_t> patch_; ///< [fan][ray] of the first fans; -1 for none or a black side
+  PatchNumbers patch_; ///< [fan][ray] of the first fans; -1 for none or a black side
   RayFan fan_;
   RayGroups rays_in_groups_; ///< of `fan_`
 };
 /// `points`: metres, relative to the mesh origin. Errors: interrupted.
 Result<GatherHits> gather_hits(std::span<const glm::dvec3> points, const PatchSet& set, const SurfaceMesh& mesh,
                                const RayScene& facets, const GatherOptions& options, const Progress& progress,
-                               std::size_t most_kept_rays = GatherHits::kMostKeptRays);
+                               std::size_t most_kept_bytes = GatherHits::kMostKeptBytes);
 
 } // namespace daylit::radiosity

@@ -41,6 +41,7 @@ void choose_storage(std::vector<ProbeCluster>& clusters, const Measure& measure,
   };
   const double own = kStorageFraction * allowed;
   allowed -= drop_weakest(clusters, kCertain * allowed);
+  parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t b) { clusters[b].expand(); });
   std::vector<std::vector<double>> weak_error2(clusters.size());
   parallel_for(std::size_t{0}, clusters.size(), [&](std::size_t b) {
     weak_error2[b] = clusters[b].factors.weak_error2(suns(clusters[b]), kRoundingSuns);

@@ -85,6 +85,19 @@ std::vector<float> Measure::suns(std::size_t count) const {
 /// [channel][coefficient][projection]
 std::vector<float> ProbeCluster::signs() const { return random_signs(id + 16, 3 * coefficients() * kProjections); }
 
+/// [channel][rank][projection]: basis^T signs, what a row factor r of the basis has to be multiplied with, as
+/// (basis r)^T signs = r^T (basis^T signs).
+std::vector<float> ProbeCluster::signs_in_basis() const {
+  const std::size_t n = coefficients(), all = n * kProjections;
+  const std::vector<float> sign = signs();
+  std::vector<float> out;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto one = multiply_transposed(basis.q, std::span(sign).subspan(c * all, all), n, basis.rank, kProjections);
+    out.insert(out.end(), one.begin(), one.end());
+  }
+  return out;
+}
+
 /// projected = sum over channels of signs^T transport: the expected square of its product with any light is the squared
 /// norm of the cluster's field, times the number of projections (Hutchinson's estimate of a trace).
 void ProbeCluster::project(const SurfaceTransport& surfaces, const std::vector<float>& rows) {
@@ -152,11 +165,15 @@ void ProbeCluster::factorise(const SurfaceTransport& surfaces, const SunMetric& 
     if (factors.rank() < width || factors.power.back() * static_cast<double>(width) <= limit)
       break;
   }
-  factors.expand_rows(basis.q, coefficients());
-  const std::vector<float> missed = factors.remainder(Factors::Taken::exactly, signs(), projected, kProjections);
+  const std::vector<float> missed =
+      factors.remainder(Factors::Taken::exactly, signs_in_basis(), projected, kProjections);
   unseen = metric_trace(missed, metric.sample, kProjections, parts) / kProjections;
-  basis = {};
   own.sigma = std::move(metric.sigma);
+}
+
+void ProbeCluster::expand() {
+  factors.expand_rows(basis.q, coefficients());
+  basis = {};
 }
 
 std::vector<float> ProbeCluster::missed() const {

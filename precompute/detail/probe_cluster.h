@@ -66,13 +66,16 @@ struct ProbeCluster {
   /// Errors count `gain` times as much from here on, until take_gain_off().
   void set_gain(float gain);
   void take_gain_off();
-  /// `width`: of the first sketch; `limit`: of the squared error that a sketch may miss.
+  /// Row factors are in the basis until expand(): much shorter. `width`: of the first sketch; `limit`: of the squared
+  /// error that a sketch may miss.
   void factorise(const SurfaceTransport& surfaces, const SunMetric& of_sources, std::size_t width, double limit);
+  void expand();
   /// What the factors, as they are stored, leave of the projected transport, [projection][source].
   std::vector<float> missed() const;
 
 private:
   std::vector<float> signs() const;
+  std::vector<float> signs_in_basis() const;
   void project(const SurfaceTransport& surfaces, const std::vector<float>& rows);
 };
 

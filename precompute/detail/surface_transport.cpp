@@ -2,9 +2,15 @@
 
 #include <algorithm>
 
+#include <cblas.h>
+
 #include "precompute/detail/factors.h"
 
 namespace daylit::precompute::detail {
+
+namespace {
+constexpr std::size_t kBlock = 64; // patches: wide enough for a product
+} // namespace
 
 /// [patch][channel * clusters + cluster] to one matrix per channel, as the products want it.
 SurfaceTransport::SurfaceTransport(const SurfaceLight& light) : light_(light) {
@@ -47,7 +53,8 @@ std::vector<float> SurfaceTransport::radiosity(int colour, std::span<const float
   return b;
 }
 
-/// Those whose light a cluster of probes sees anything of, increasing: few, where a room is part of a building.
+/// Those whose light a cluster of probes sees anything of, increasing, and their neighbours in blocks of kBlock: few,
+/// where a room is part of a building.
 std::vector<std::uint32_t> SurfaceTransport::weighted_patches(std::span<const float> weights,
                                                               const SeenParts& seen) const {
   const std::size_t parts = seen.part.size();
@@ -56,14 +63,15 @@ std::vector<std::uint32_t> SurfaceTransport::weighted_patches(std::span<const fl
     for (std::size_t k = 0; k < parts; ++k)
       if (row[std::ptrdiff_t(k)] != 0.0f)
         weighted[k] = 1;
-  std::vector<std::uint32_t> patches;
+  std::vector<std::uint8_t> block(light_.patches / kBlock + 1, 0);
   for (std::size_t k = 0; k < parts; ++k)
     if (weighted[k] != 0)
       for (const Share& s : of_part(seen.part[k]))
-        patches.push_back(s.patch);
-  std::ranges::sort(patches);
-  const auto repeated = std::ranges::unique(patches);
-  patches.erase(repeated.begin(), repeated.end());
+        block[s.patch / kBlock] = 1;
+  std::vector<std::uint32_t> patches;
+  for (std::uint32_t p = 0; p < light_.patches; ++p)
+    if (block[p / kBlock] != 0)
+      patches.push_back(p);
   return patches;
 }
 
@@ -83,6 +91,23 @@ std::vector<float> SurfaceTransport::on_patches(std::span<const float> weights, 
   return sums;
 }
 
+/// [row][cluster] = sum over patches of weights[row][patch] bounced[patch][cluster], for runs of patches that follow
+/// each other: copies of their rows would take longer than the products.
+std::vector<float> SurfaceTransport::times_bounced(int colour, std::span<const float> weights, std::size_t rows,
+                                                   std::span<const std::uint32_t> patches) const {
+  const std::size_t columns = light_.clusters;
+  std::vector<float> sum(rows * columns, 0.0f);
+  for (std::size_t first = 0, end = 0; first < patches.size() && !sum.empty(); first = end) {
+    for (end = first + 1; end < patches.size() && patches[end] == patches[end - 1] + 1; ++end)
+      ;
+    cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(rows), static_cast<int>(columns),
+                static_cast<int>(end - first), 1.0f, weights.data() + first, static_cast<int>(patches.size()),
+                bounced_[static_cast<std::size_t>(colour)].data() + patches[first] * columns, static_cast<int>(columns),
+                1.0f, sum.data(), static_cast<int>(columns));
+  }
+  return sum;
+}
+
 /// w_E[a] = reflectance_a w_b[a] + cluster_fraction_a sum over parts k of w_b[k], over patches p of further_kp
 /// bounced[p, cluster of a]: the transpose of radiosity(), summed over the parts.
 void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, std::size_t rows, const SeenParts& seen,
@@ -90,11 +115,7 @@ void SurfaceTransport::add_adjoint(int colour, std::span<const float> weights, s
   const std::size_t parts = seen.part.size(), lit = seen.lit.size();
   const std::vector<std::uint32_t> patches = weighted_patches(weights, seen);
   const std::vector<float> of_patches = on_patches(weights, rows, seen, patches);
-  std::vector<float> bounced(patches.size() * light_.clusters);
-  for (std::size_t i = 0; i < patches.size(); ++i)
-    std::copy_n(bounced_[static_cast<std::size_t>(colour)].data() + patches[i] * light_.clusters, light_.clusters,
-                bounced.data() + i * light_.clusters);
-  const std::vector<float> by_cluster = multiply(of_patches, bounced, rows, patches.size(), light_.clusters);
+  const std::vector<float> by_cluster = times_bounced(colour, of_patches, rows, patches);
   for (std::size_t r = 0; r < rows; ++r) {
     const float *own = weights.data() + r * parts, *further = by_cluster.data() + r * light_.clusters;
     float* to = result.data() + r * lit;

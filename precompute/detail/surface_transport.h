@@ -35,6 +35,8 @@ private:
   std::vector<std::uint32_t> weighted_patches(std::span<const float> weights, const SeenParts& seen) const;
   std::vector<float> on_patches(std::span<const float> weights, std::size_t rows, const SeenParts& seen,
                                 std::span<const std::uint32_t> patches) const;
+  std::vector<float> times_bounced(int colour, std::span<const float> weights, std::size_t rows,
+                                   std::span<const std::uint32_t> patches) const;
 
   const SurfaceLight& light_;
   std::vector<Share> whole_;                  ///< each patch, once

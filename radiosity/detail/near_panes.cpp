@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <glm/geometric.hpp>
@@ -11,16 +12,27 @@ namespace daylit::radiosity {
 namespace {
 
 // Of the width of the pane:
-constexpr double kEdge = 0.25, kReach = 0.125, kAtCorner = 1.0 / 16, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kEdge = 0.25, kAtCorner = 1.0 / 16, kFoot = 0.125, kHighest = 0.5, kDeepest = 0.5, kInPane = 1e-3;
 constexpr double kFirst = 0.125, kShallowest = 1.0 / 6; // of a plane that begins outside
 constexpr double kLevel = 0.94;                         // cosine of 20 degrees
 constexpr double kAcross = 0.7;                         // cosine between the normals of face and pane, at most
 
-double distance_to_corner(const PaneOutline& pane, const glm::dvec3& p) {
+double distance_to_nearest(const std::vector<glm::dvec3>& corners, const glm::dvec3& p) {
   double least = std::numeric_limits<double>::infinity();
-  for (const glm::dvec3& corner : pane.corners)
+  for (const glm::dvec3& corner : corners)
     least = std::min(least, glm::length(p - corner));
   return least;
+}
+
+/// Those at its foot: of a round window few.
+std::vector<glm::dvec3> lower_corners(const PaneOutline& pane) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const glm::dvec3& corner : pane.corners)
+    lowest = std::min(lowest, corner.z);
+  std::vector<glm::dvec3> lower;
+  std::ranges::copy_if(pane.corners, std::back_inserter(lower),
+                       [&](const glm::dvec3& corner) { return corner.z <= lowest + kFoot * pane.width_m; });
+  return lower;
 }
 
 } // namespace
@@ -33,9 +45,10 @@ NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, 
     for (std::size_t g = 0; g < groups.size(); ++g)
       if (is_reveal(groups[g], pane))
         reveals.push_back(g);
-    if (std::ranges::any_of(reveals, [&](std::size_t g) { return is_sill(groups[g], pane); }))
+    const auto sill = std::ranges::find_if(reveals, [&](std::size_t g) { return is_sill(groups[g], pane); });
+    if (sill != reveals.end())
       for (const std::size_t g : reveals)
-        panes_[g].push_back(pane);
+        panes_[g].push_back({pane, lower_corners(pane), groups[*sill].point.z});
   }
 }
 
@@ -60,14 +73,15 @@ bool NearPanes::is_sill(const PlaneGroup& group, const PaneOutline& pane) {
   return std::abs(group.normal.z) >= kLevel && group.point.z < middle_m;
 }
 
-/// w / 4 within w / 8 of the outline; at a corner, where sill and reveal light each other, the distance to it.
+/// The distance to the outline and w / 4 at least; that to a lower corner and w / 16 at least.
 double NearPanes::edge_m(const glm::dvec3& p, std::size_t group) const {
   double longest = std::numeric_limits<double>::infinity();
-  for (const PaneOutline& pane : panes_[group]) {
-    const double w = pane.width_m, from_corner = distance_to_corner(pane, p);
-    if (pane.distance(p) <= kReach * w)
-      longest = std::min(longest, kEdge * w);
-    if (from_corner < kEdge * w)
+  for (const PaneAboveSill& pane : panes_[group]) {
+    const double w = pane.outline.width_m;
+    if (std::abs(p.z - pane.sill_z_m) > kHighest * w)
+      continue;
+    longest = std::min(longest, std::max(kEdge * w, pane.outline.distance(p)));
+    if (const double from_corner = distance_to_nearest(pane.lower_corners, p); from_corner < kEdge * w)
       longest = std::min(longest, std::max(kAtCorner * w, from_corner));
   }
   return longest;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -54,6 +55,14 @@ double control_group_bytes(const std::filesystem::path& own, const std::filesyst
 double machine_memory_bytes() {
   return std::min(page_bytes() * static_cast<double>(sysconf(_SC_PHYS_PAGES)),
                   control_group_bytes("/proc/self/cgroup", "/sys/fs/cgroup"));
+}
+
+/// One arena: those of further threads cannot hold a block above 64 MB.
+void keep_freed_memory() {
+  constexpr int kLargest = std::numeric_limits<int>::max();
+  mallopt(M_ARENA_MAX, 1);
+  mallopt(M_MMAP_THRESHOLD, kLargest);
+  mallopt(M_TRIM_THRESHOLD, kLargest);
 }
 
 double peak_memory_bytes() {

@@ -9,6 +9,10 @@ namespace daylit {
 /// Bytes of the machine's memory, or of the control group of this process or one around it where that allows less.
 double machine_memory_bytes();
 
+/// Freed memory stays with this process, of any size, for its next block: the kernel hands out zeroed pages, and those
+/// of blocks of tens of megabytes that come and go cost more time than what is computed in them.
+void keep_freed_memory();
+
 /// Most bytes that this process has held at once so far.
 double peak_memory_bytes();
 

@@ -134,7 +134,7 @@ struct Behind {
     for (glm::dvec3& p : points)
       p -= s.mesh.origin;
   }
-  GatherHits gather(int rays, std::size_t kept = GatherHits::kMostKeptRays) const {
+  GatherHits gather(int rays, std::size_t kept = GatherHits::kMostKeptBytes) const {
     return *gather_hits(points, s.set, s.mesh, s.scene, {.rays = rays}, kSilent, kept);
   }
 };
@@ -143,7 +143,7 @@ TEST(AimedRays, in_a_dark_room_behind_a_hole_are_worth_a_hundred_times_the_rays)
   const Behind room;
   const std::vector<float> b = radiosity_of(room.s, 0.0f);
   const std::vector<double> exact = light_at(room.gather(1 << 20), b);
-  for (const std::size_t kept : {GatherHits::kMostKeptRays, std::size_t{0}}) { // or traced again
+  for (const std::size_t kept : {GatherHits::kMostKeptBytes, std::size_t{0}}) { // or traced again
     GatherHits aimed = room.gather(1024, kept);
     const double alone = distance(light_at(aimed, b), exact);
     ASSERT_TRUE(aimed.aim_at(room.hole, b, kSilent));
