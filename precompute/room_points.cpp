@@ -29,6 +29,7 @@ constexpr double kSection = 0.7;       ///< of the larger size along two axes: p
                                        ///< small to be seen from one another, may be of one room
 constexpr double kFilled = 0.85;       ///< of a box, by others of which none holds kSame of it
 constexpr double kOneAir = 0.6;        ///< of the points of one that see a point of the other: they are one room
+constexpr std::size_t kPairs = 256;    ///< of points of two rooms
 
 bool contains(const Bounds& box, const glm::dvec3& p) {
   return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
@@ -88,10 +89,25 @@ bool are_pieces(const Found& a, const Found& b, const glm::dvec3& common, const 
   return false;
 }
 
+/// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
+glm::dvec3 candidate(const Bounds& box, std::size_t k) {
+  const glm::dvec3 step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
+  return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
+}
+
+/// Pairs of points, one in the box of each: in one room in which furniture stands at least half of them see each
+/// other, through a door few.
+bool see_each_other(const Found& a, const Found& b, const Sees& sees) {
+  std::size_t seen = 0;
+  for (std::size_t k = 1; k <= kPairs; ++k)
+    seen += sees(candidate(a.box, k), candidate(b.box, kPairs + k)) ? 1 : 0;
+  return 2 * seen >= kPairs;
+}
+
 /// Behind a wall lie other rooms, whatever the boxes.
 bool are_one(const Found& a, const Found& b, const Sees& sees) {
   const glm::dvec3 common = glm::min(a.box.max, b.box.max) - glm::max(a.box.min, b.box.min);
-  return are_same(a, b, glm::max(common, 0.0), sees) || are_pieces(a, b, common, sees);
+  return are_same(a, b, glm::max(common, 0.0), sees) || are_pieces(a, b, common, sees) || see_each_other(a, b, sees);
 }
 
 /// `rooms`: those with most points first. Again until none is joined: pieces of a passage meet at last.
@@ -108,12 +124,6 @@ std::vector<Found> joined(std::vector<Found> rooms, const Sees& sees) {
     same->box.include(room.box.max);
   }
   return out.size() < rooms.size() ? joined(std::move(out), sees) : out;
-}
-
-/// Point k: low + size frac(1/2 + k / g^(1..3)), g the root of x^4 = x + 1 (Roberts 2018).
-glm::dvec3 candidate(const Bounds& box, std::size_t k) {
-  const glm::dvec3 step(0.8191725133961645, 0.6710436067037893, 0.5497004779019703);
-  return box.min + box.size() * glm::fract(0.5 + static_cast<double>(k) * step);
 }
 
 /// Part of a box that lies in one of others.

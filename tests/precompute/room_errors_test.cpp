@@ -106,6 +106,23 @@ TEST(PointsByRoom, a_room_counts_once_though_its_box_is_another_from_a_reveal_an
   EXPECT_EQ(both->size(), 2u);
 }
 
+TEST(PointsByRoom, a_hall_in_which_tall_furniture_stands_is_one_room) {
+  test::RoomBuilder b;
+  const auto wall = b.material("wall");
+  b.box({0, 0, 0}, {36, 24, 6}, wall, 63 & ~1u);
+  for (int k = 0; k < 20; ++k) {
+    const glm::dvec3 at(1.0 + 34.0 * std::fmod(0.5 + 0.618 * k, 1.0), 1.0 + 21.0 * std::fmod(0.5 + 0.755 * k, 1.0), 0);
+    b.box(at, at + glm::dvec3(0.8, 2.2, 3.4), wall);
+  }
+  std::vector<glm::dvec3> in_air;
+  for (int k = 0; k < 400; ++k)
+    in_air.emplace_back(36.0 * std::fmod(0.5 + 0.819 * k, 1.0), 24.0 * std::fmod(0.5 + 0.671 * k, 1.0),
+                        6.0 * std::fmod(0.5 + 0.55 * k, 1.0));
+  const auto rooms = points_by_room(b.room, b.room.bounds(), in_air);
+  ASSERT_TRUE(rooms) << rooms.error().message();
+  EXPECT_EQ(rooms->size(), 1u);
+}
+
 TEST(PointsByRoom, a_passage_is_one_room_though_no_place_in_it_sees_both_ends) {
   test::RoomBuilder b;
   const auto wall = b.material("wall");

@@ -151,7 +151,7 @@ TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
   const std::array<glm::dvec3, 3> points = {glm::dvec3(0, 0, 0.3), glm::dvec3(1.2, -0.7, 0.4), glm::dvec3(0.5, 1, 1)};
   std::vector<float> kept(9 * s.set.patches.size()), again(kept.size());
   const GatherHits all = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent);
-  for (const std::size_t most : {std::size_t{0}, std::size_t{1024}, std::size_t{2100}}) {
+  for (const std::size_t most : {std::size_t{0}, std::size_t{2048}, std::size_t{4200}}) { // bytes, of 2,048 a point
     const GatherHits some = *gather_hits(points, s.set, s.mesh, s.scene, {}, kSilent, most);
     ASSERT_EQ(some.points(), 3u);
     for (std::size_t p = 0; p < 3; ++p) {
@@ -159,6 +159,20 @@ TEST(Gather, rays_that_are_not_kept_are_traced_again_to_the_same_bits) {
       some.weights(p, again.data());
       ASSERT_EQ(kept, again) << most << " " << p;
     }
+  }
+}
+
+TEST(PatchNumbers, come_back_as_they_were_put_in_16_bits_and_in_32) {
+  for (const std::size_t patches : {std::size_t{65535}, std::size_t{65536}}) {
+    PatchNumbers numbers(patches);
+    numbers.resize(6);
+    const std::array<std::int32_t, 4> some = {-1, 0, 32768, static_cast<std::int32_t>(patches) - 1};
+    numbers.put(2, some);
+    std::array<std::int32_t, 4> back{};
+    numbers.get(2, back);
+    EXPECT_EQ(back, some);
+    EXPECT_EQ(numbers.size(), 6u);
+    EXPECT_EQ(PatchNumbers::bytes_each(patches), patches == 65535 ? 2u : 4u);
   }
 }
 
