@@ -13,9 +13,11 @@ namespace {
 
 // Of the width of the pane:
 constexpr double kEdge = 0.25, kAtCorner = 1.0 / 16, kFoot = 0.125, kHighest = 0.5, kDeepest = 0.5, kInPane = 1e-3;
+constexpr double kFrame = 1.0 / 32;                     // in the shadow of one that is higher
 constexpr double kFirst = 0.125, kShallowest = 1.0 / 6; // of a plane that begins outside
-constexpr double kLevel = 0.94;                         // cosine of 20 degrees
-constexpr double kAcross = 0.7;                         // cosine between the normals of face and pane, at most
+constexpr double kOfDistance = 0.7;
+constexpr double kLevel = 0.94; // cosine of 20 degrees
+constexpr double kAcross = 0.7; // cosine between the normals of face and pane, at most
 
 double distance_to_nearest(const std::vector<glm::dvec3>& corners, const glm::dvec3& p) {
   double least = std::numeric_limits<double>::infinity();
@@ -73,14 +75,18 @@ bool NearPanes::is_sill(const PlaneGroup& group, const PaneOutline& pane) {
   return std::abs(group.normal.z) >= kLevel && group.point.z < middle_m;
 }
 
-/// The distance to the outline and w / 4 at least; that to a lower corner and w / 16 at least.
+/// kOfDistance of the distance to the outline, w / 4 at least, on a sill below a frame w / 32; the distance to a lower
+/// corner, w / 16 at least.
 double NearPanes::edge_m(const glm::dvec3& p, std::size_t group) const {
   double longest = std::numeric_limits<double>::infinity();
   for (const PaneAboveSill& pane : panes_[group]) {
     const double w = pane.outline.width_m;
     if (std::abs(p.z - pane.sill_z_m) > kHighest * w)
       continue;
-    longest = std::min(longest, std::max(kEdge * w, pane.outline.distance(p)));
+    const bool below_frame =
+        pane.lower_corners.front().z - pane.sill_z_m > kFrame * w && std::abs(p.z - pane.sill_z_m) < kFrame * w;
+    const double least = (below_frame ? kFrame : kEdge) * w;
+    longest = std::min(longest, std::max(least, kOfDistance * pane.outline.distance(p)));
     if (const double from_corner = distance_to_nearest(pane.lower_corners, p); from_corner < kEdge * w)
       longest = std::min(longest, std::max(kAtCorner * w, from_corner));
   }

@@ -12,13 +12,13 @@
 namespace daylit::radiosity {
 
 /// How long facet edges may be on sills and on the reveals beside them, whose irradiance from the sky falls off beside
-/// the pane: as long as the distance to its outline, w / 4 at least, where w is its width, the shorter side; at a lower
-/// corner of the outline, where a sill and a reveal light each other, as long as the distance to that, w / 16 at least.
-/// Up to w / 2 above the sill: things stand there. Sills and reveals are planes that stand across a pane and end within
-/// w / 2 on its inner side; a sill is level. Where the pane stands back from the outside of its wall they begin up to
-/// w / 8 outside; then those count that reach w / 6 inside. Of a wall that begins at a pane only a small part lies
-/// beside it, and the wall in which a pane lies does not see it. Panes without a sill count nothing, those of
-/// skylights.
+/// the pane: 0.7 of the distance to its outline, w / 4 at least, where w is its width, the shorter side; w / 32 on a
+/// sill below a frame, which lies in its shadow; at a lower corner of the outline, where a sill and a reveal light each
+/// other, as long as the distance to that, w / 16 at least. Up to w / 2 above the sill: things stand there. Sills and
+/// reveals are planes that stand across a pane and end within w / 2 on its inner side; a sill is level. Where the pane
+/// stands back from the outside of its wall they begin up to w / 8 outside; then those count that reach w / 6 inside.
+/// Of a wall that begins at a pane only a small part lies beside it, and the wall in which a pane lies does not see it.
+/// Panes without a sill count nothing, those of skylights.
 class NearPanes {
 public:
   /// `origin`: of the frame of `groups` and edge_m(), in the frame of the panes.

@@ -94,6 +94,34 @@ TEST(NearPanes, a_sill_that_goes_on_beyond_its_pane_has_small_facets_beside_it_t
   EXPECT_LE(longest, 0.36) << "a square of a quarter of the pane's width";
 }
 
+TEST(NearPanes, facets_of_a_sill_are_as_short_as_the_shadow_of_the_frame_below_a_pane) {
+  PaneAndSills s;
+  for (std::size_t k : {0, 3})
+    s.pane.corners[k].z = 1.1;
+  const auto mesh = mesh_surfaces(s.room, {.edge_m = 2.0, .panes = {&s.pane, 1}});
+  ASSERT_TRUE(mesh);
+  EXPECT_LE(longest_on_pane(*mesh), 0.15) << "a frame of 10 cm";
+  EXPECT_LT(facets_of(*mesh, 0), 600u);
+}
+
+TEST(NearPanes, facets_far_above_a_sill_are_as_elsewhere) {
+  PaneAndSills s;
+  s.room.materials.resize(5);
+  for (const double z : {1.0, 2.0}) // the lower and the upper half of a reveal, the pane 2 m high
+    add_quad(s.room, {0, -0.4, z}, {0, -0.4, z + 1}, {0, 0, z + 1}, {0, 0, z}, z < 1.5 ? 3 : 4);
+  for (std::size_t k : {1, 2})
+    s.pane.corners[k].z = 3.0;
+  const auto with = mesh_surfaces(s.room, {.edge_m = 2.0, .panes = {&s.pane, 1}}),
+             without = mesh_surfaces(s.room, {.edge_m = 2.0});
+  ASSERT_TRUE(with && without);
+  const auto above = [](const SurfaceMesh& mesh) {
+    return std::ranges::count_if(mesh.facets, [&](const Facet& f) {
+      return f.material >= 3 && (f.corner[0].z + f.corner[1].z + f.corner[2].z) / 3 + mesh.origin.z > 2.2;
+    });
+  };
+  EXPECT_LE(above(*with), above(*without) + 4);
+}
+
 TEST(NearPanes, a_floor_that_begins_at_a_pane_is_no_sill) {
   const PaneAndSills s(0.6);
   const auto without = mesh_surfaces(s.room, {.edge_m = 0.6});
