@@ -22,6 +22,7 @@ namespace {
 // see the sky over a deep court alone.
 constexpr int kLines = 512, kFirstLines = 64, kPaneLines = 4096;
 constexpr double kHoleFraction = 0.01;     // of the lines must join the outside and a surface; through a pane, hit one
+constexpr double kShutFraction = 0.1;      // a surface in its plane on more of it: the rim of a wall that has openings
 constexpr double kExplainedFraction = 0.5; // more lines than this through a known aperture: not another one
 constexpr double kTightEscape = 1e-3;      // more unexplained escape than this: look for rims of thick walls
 constexpr int kWalks = 1024, kWalkRays = 8;
@@ -278,14 +279,16 @@ private:
   }
 
   static bool is_opening(const std::vector<LineCount>& counts) {
-    double lines = 0.0, joins = 0.0, known = 0.0;
+    double lines = 0.0, shut = 0.0, joins = 0.0, known = 0.0;
     for (const LineCount& count : counts) {
       const int out = count.outside();
       lines += count.lines;
+      shut += count.shut;
       joins += count.joins[out];
       known += count.explained[out] + count.glazed[out];
     }
-    return joins >= kHoleFraction * lines && joins > 0.0 && known <= kExplainedFraction * joins;
+    return shut <= kShutFraction * lines && joins >= kHoleFraction * lines && joins > 0.0 &&
+           known <= kExplainedFraction * joins;
   }
 
   /// Diffuse walks that start behind the apertures: every ray that leaves must have crossed one of them. A walk ends

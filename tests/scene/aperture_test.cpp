@@ -130,6 +130,14 @@ TEST(Aperture, opening_through_a_wall_with_thickness_is_found_at_its_rim) {
   expect_one(b.room, 4, {0, 1, 0}, 2.0);
 }
 
+TEST(Aperture, rim_of_an_outer_skin_that_stands_free_is_no_opening) {
+  RoomBuilder b = room_with_hole();
+  b.wall_with_hole(-0.3, 0, 4, 0, 3, 1, 3, 1, 2, 0);
+  b.box({1, -0.3, 1}, {3, 0, 2}, 0, 63 & ~(4u | 8u));
+  b.quad({0, -0.3, 2.9}, {4, -0.3, 2.9}, {4, -1.1, 3.1}, {0, -1.1, 3.1}, 0); // a canopy
+  expect_one(b.room, 4, {0, 1, 0}, 2.0);
+}
+
 TEST(Aperture, round_hole_is_one_convex_polygon) {
   RoomBuilder b;
   const auto grey = b.material("grey");
