@@ -22,8 +22,9 @@ namespace {
 
 // End points closer than this part of the room are one point: above coordinate rounding, below any real feature.
 constexpr double kSnapTolerance = 1e-6;
-constexpr std::size_t kManyFixed = 100; // with fewer, what the faces make by themselves is no matter
-constexpr int kAttempts = 8;            // at the edge length that gives the wanted number of facets
+constexpr std::size_t kManyFixed = 100;        // with fewer, what the faces make by themselves is no matter
+constexpr std::size_t kMostBesidePanes = 1000; // in a hall with twenty windows one sill is worth little
+constexpr int kAttempts = 8;                   // at the edge length that gives the wanted number of facets
 
 double cross(const glm::dvec2& a, const glm::dvec2& b) { return a.x * b.y - a.y * b.x; }
 
@@ -133,6 +134,21 @@ Error too_fine() {
 
 } // namespace
 
+/// How much longer edges beside panes are, so that they make kMostBesidePanes facets at most: N ~ 1 / edge^2.
+/// `count_with`: facets for a factor; infinite: without panes.
+template <class CountWith>
+double lengthened_beside_panes(const CountWith& count_with) {
+  const std::size_t without = count_with(std::numeric_limits<double>::infinity());
+  double longer = 1.0;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const std::size_t with = count_with(longer);
+    if (with <= without + kMostBesidePanes)
+      break;
+    longer *= std::sqrt(1.1 * static_cast<double>(with - without) / kMostBesidePanes);
+  }
+  return longer;
+}
+
 /// Edge length from N = 4.5 A / edge^2: what refinement makes of an area A; corrected by the count that results.
 Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {
   SurfaceMesh mesh;
@@ -155,9 +171,20 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   const NearPanes panes(options.panes, mesh.origin, groups);
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count of those that
   // the edge length decides within 5 %.
-  const auto edge_within = [&](const glm::dvec3& p, std::size_t group, double longest_m) {
-    return std::min(longest_m, panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
+  const double first_m = options.edge_m > 0 ? options.edge_m : usual_m;
+  const auto within_with = [&](double longer) {
+    return [&, longer](const glm::dvec3& p, std::size_t group, double longest_m) {
+      return std::min(longest_m, longer * panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
+    };
   };
+  const auto count_with = [&](double longer) {
+    const auto within = within_with(longer);
+    return mesh_groups(
+               groups, outlines, [&](const auto& p, std::size_t group) { return within(p, group, first_m); },
+               4 * static_cast<std::size_t>(options.max_facets))
+        .size();
+  };
+  const auto edge_within = within_with(panes.empty() ? 1.0 : lengthened_beside_panes(count_with));
   if (const std::size_t fixed = count_at_least(groups, outlines, edge_within); fixed >= kManyFixed)
     mesh.fixed_facets = fixed;
   const auto limit = static_cast<std::size_t>(options.max_facets);

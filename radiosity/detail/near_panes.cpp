@@ -54,6 +54,10 @@ NearPanes::NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, 
   }
 }
 
+bool NearPanes::empty() const {
+  return std::ranges::all_of(panes_, [](const std::vector<PaneAboveSill>& panes) { return panes.empty(); });
+}
+
 /// One that goes on beyond the pane counts only where much of it lies inside.
 bool NearPanes::is_reveal(const PlaneGroup& group, const PaneOutline& pane) {
   double first = 0.0, deepest = 0.0;

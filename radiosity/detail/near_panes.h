@@ -24,6 +24,8 @@ public:
   /// `origin`: of the frame of `groups` and edge_m(), in the frame of the panes.
   NearPanes(std::span<const Aperture> panes, const glm::dvec3& origin, std::span<const PlaneGroup> groups);
 
+  /// No pane asks for anything.
+  bool empty() const;
   /// At a point of a group; infinite where no pane asks for less.
   double edge_m(const glm::dvec3& p, std::size_t group) const;
 

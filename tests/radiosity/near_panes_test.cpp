@@ -124,6 +124,22 @@ TEST(NearPanes, facets_far_above_a_sill_are_as_elsewhere) {
   EXPECT_LE(above(*with), above(*without) + 4);
 }
 
+TEST(NearPanes, many_panes_bring_a_thousand_facets_at_most) {
+  Room room;
+  room.materials.resize(1);
+  std::vector<Aperture> panes;
+  for (int k = 0; k < 40; ++k) {
+    const double x = 3.0 * k;
+    add_quad(room, {x, -0.4, 1}, {x + 2, -0.4, 1}, {x + 2, 0, 1}, {x, 0, 1});
+    panes.push_back({{{x, 0, 1.1}, {x, 0, 2}, {x + 2, 0, 2}, {x + 2, 0, 1.1}}, {0, -1, 0}, Rgb(1.0f), 0.0f});
+  }
+  const auto one = mesh_surfaces(room, {.edge_m = 2.0, .panes = std::span(panes).first(1)}),
+             all = mesh_surfaces(room, {.edge_m = 2.0, .panes = panes}), without = mesh_surfaces(room, {.edge_m = 2.0});
+  ASSERT_TRUE(one && all && without);
+  EXPECT_LE(all->facets.size(), without->facets.size() + 1000);
+  EXPECT_GT(40 * (one->facets.size() - without->facets.size()), 2000u) << "or they are not as many anyway";
+}
+
 TEST(NearPanes, a_floor_that_begins_at_a_pane_is_no_sill) {
   const PaneAndSills s(0.6);
   const auto without = mesh_surfaces(s.room, {.edge_m = 0.6});
