@@ -223,6 +223,13 @@ def changed_share(before, after):
     return sum(abs(x - y) > 12 for x, y in zip(before, after)) / len(before)
 
 
+def moved_in(b, what, seconds):
+    """By how many pixels a place moved: the page asks for the scene, and with it the camera, every three seconds."""
+    before = b.run(what)
+    time.sleep(seconds)
+    return max(abs(x - y) for x, y in zip(before, b.run(what)))
+
+
 def use_token(b):
     b.type("#token", TOKEN)
     b.click("#token-form button")
@@ -231,6 +238,7 @@ def use_token(b):
 
 def drag(b):
     b.run("window.scrollTo(0, 0); document.getElementById('picture').scrollIntoView({block: 'center'})")
+    becomes("the mark stands where the camera now sees the object", lambda: moved_in(b, MARK, 7), lambda pixels: pixels < 3)
     still, before = b.run(PICTURE), b.ask(OBJECT)
     centre = b.run(MARK)
     b.drag(centre, (centre[0] - 70, centre[1] + 10))
