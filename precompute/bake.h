@@ -44,6 +44,8 @@ struct BakeOptions {
                                          ///< send hardly comes (radiosity::SizeField). Empty: all alike
   radiosity::WorkStore* store = nullptr; ///< where finished work is kept and found again
   double memory_bytes = 0;               ///< that the bake may take; 0: no limit
+  double seen_of_room = 1;               ///< of what one place sees in a single room: of several rooms less. For
+                                         ///< the prediction of memory alone
   double compact_error = 0.03;           ///< of the factors of a fine sky
   std::size_t more_elements = 1100;      ///< than facets, on which the light of a fine sky falls
   std::size_t clusters = 1024;           ///< of surfaces whose further bounces are solved together, for a fine sky

@@ -19,10 +19,11 @@ constexpr double kProbeBytes = 250;      ///< per probe of the grid, in the air 
 constexpr double kRowBytes = 0.8;        ///< per element and node: what an element sees of the sky
 constexpr double kSolveFloats = 7;       ///< per patch and column: right-hand side, three channels, and their copy
 constexpr double kFineFloats = 6;        ///< the same of the fine sky: both copies
-constexpr double kComponents = 180;      ///< of a probe cluster at an error of 3 %, before most are left out ...
+constexpr double kComponents = 180;      ///< of a probe cluster's rows at an error of 3 % ...
 constexpr double kComponentsPower = 0.8; ///< ... ~ error^-this
 constexpr double kFilling = 0.95;        ///< probes of a cluster / most
-constexpr double kParts = 0.5;           ///< what a cluster tells apart / elements
+constexpr double kBeside = 1.5;          ///< with l = 4, projections and lists of parts
+constexpr double kParts = 0.5;           ///< what a cluster tells apart / elements, of one room
 constexpr double kThreadBytes = 2.4e4;   ///< per thread and part, at work on a cluster
 constexpr double kSketch = 360;          ///< floats per element: random suns
 // Of the address space: what libraries, allocator and threads reserve and do not use. Each thread has a buffer of 134
@@ -33,15 +34,15 @@ double threads() {
   return static_cast<double>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
 
-/// Solved clusters twice, factors of all probe clusters in floats before the weak ones are left out, and what each
-/// thread works on.
+/// Solved clusters twice, rows of all probe clusters in floats as a basis and its coordinates, and what each thread
+/// works on.
 double fine_sky_bytes(const BakeReport& counts, const BakeOptions& options) {
   const auto patches = static_cast<double>(counts.patches), elements = static_cast<double>(counts.elements),
-             probes = static_cast<double>(counts.probes_valid), parts = kParts * elements;
+             probes = static_cast<double>(counts.probes_valid), parts = kParts * elements * options.seen_of_room;
   const double in_cluster = kFilling * static_cast<double>(kProbesInCluster);
   const double components = kComponents * std::pow(0.03 / options.compact_error, kComponentsPower);
-  const double factors = probes / in_cluster * components * (parts + 27 * std::min(in_cluster, probes));
-  return 4 * (kFineFloats * patches * static_cast<double>(options.clusters) + factors + kSketch * elements) +
+  const double rows = kBeside * probes / in_cluster * components * (parts + 9 * std::min(in_cluster, probes));
+  return 4 * (kFineFloats * patches * static_cast<double>(options.clusters) + rows + kSketch * elements) +
          threads() * kThreadBytes * parts;
 }
 

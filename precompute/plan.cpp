@@ -56,6 +56,7 @@ public:
     plan.options.box = calibration_.box;
     plan.options.audit = true;
     plan.options.memory_bytes = request_.memory_bytes;
+    plan.options.seen_of_room = seen_of_room();
     plan.options.held_out = calibration_.fine.audit.points;
     plan.options.held_out_standing = calibration_.standing;
     plan.options.held_out_rooms = calibration_.rooms;
@@ -75,12 +76,15 @@ public:
 private:
   bool fine() const { return request_.regions.empty() || SkyKind::of(request_.regions).nodes; }
 
+  /// What one place sees of what is lit, / that in a single room.
+  double seen_of_room() const {
+    const double seen = calibration_.seen_fraction / kCostModel.seen_in_room;
+    return calibration_.rooms.size() > 1 ? std::min(seen, 1.0) : 1.0;
+  }
+
   /// A sun that looks into one of several rooms gives the others little, and errs more there: in proportion to what one
   /// place sees of what is lit.
-  double compact_part() const {
-    const double seen = calibration_.seen_fraction / kCostModel.seen_in_room;
-    return calibration_.rooms.size() > 1 ? std::clamp(seen, kCompactLeast, 1.0) : 1.0;
-  }
+  double compact_part() const { return std::max(seen_of_room(), kCompactLeast); }
 
   /// What only reduces noise grows as the target falls, from values that do at 2 %.
   void choose_effort(double target, BakeOptions& options) const {

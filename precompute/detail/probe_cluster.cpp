@@ -59,7 +59,7 @@ void Band4::factorise(const SurfaceTransport& surfaces, const SeenParts& seen, c
   factors = decompose(transport, 3 * rank, metric.sample, fewer(width));
   factors.expand_rows(basis.q, coefficients);
   basis = {};
-  coordinates = {};
+  coordinates = std::vector<float>(); // frees it: `= {}` would keep what it holds
 }
 
 void Band4::choose_storage(double per_byte, const std::vector<float>& suns, std::size_t columns) {
@@ -154,7 +154,7 @@ void ProbeCluster::factorise(const SurfaceTransport& surfaces, const SunMetric& 
   for (std::size_t c = 0; c < 3; ++c)
     surfaces.add_adjoint(static_cast<int>(c), coordinates, rank, seen,
                          std::span(transport).subspan(c * rank * parts, rank * parts));
-  coordinates = {};
+  coordinates = std::vector<float>();
   SunMetric metric = seen.metric(of_sources);
   scale_columns(transport, metric.sigma);
   scale_columns(projected, metric.sigma);

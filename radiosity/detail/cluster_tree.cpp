@@ -99,7 +99,7 @@ ClusterTree::ClusterTree(std::span<const ClusterItem> items, std::uint32_t leaf_
   }
   if (!items.empty())
     build(items, 0, static_cast<std::uint32_t>(items.size()), 0);
-  key_ = {};
+  key_ = decltype(key_)(); // frees it
   for (const std::uint32_t i : order_)
     planes_.push_back({items[i].corner[0], items[i].normal});
 }
