@@ -143,10 +143,9 @@ NearSunlight::Pieces NearSunlight::pieces(std::span<const FirstReflection::Near>
   return joined;
 }
 
-/// L_lm = sum over the pieces of L omega Y_lm(w), w towards the middle; those that are large beside their distance by
-/// their parts.
-static Sh9Rgb light_of(const auto& pieces, const glm::dvec3& x) {
-  Sh9Rgb sum{};
+/// work(w, L omega) for each piece, w towards its middle; of those that are large beside their distance, for their
+/// parts.
+static void for_each_piece(const auto& pieces, const glm::dvec3& x, const auto& work) {
   std::vector<std::uint32_t> left = pieces.whole;
   while (!left.empty()) {
     const auto& p = pieces.all[left.back()];
@@ -160,18 +159,48 @@ static Sh9Rgb light_of(const auto& pieces, const glm::dvec3& x) {
         left.push_back(p.first_part + k);
       continue;
     }
-    const Rgb light = static_cast<float>(solid_angle(p.corner, x)) * p.radiance;
-    const auto y = sh::evaluate9(glm::vec3(way / distance));
+    work(glm::vec3(way / distance), static_cast<float>(solid_angle(p.corner, x)) * p.radiance);
+  }
+}
+
+/// L_lm = sum over the pieces of L omega Y_lm(w)
+static Sh9Rgb light_of(const auto& pieces, const glm::dvec3& x) {
+  Sh9Rgb sum{};
+  for_each_piece(pieces, x, [&](const glm::vec3& w, const Rgb& light) {
+    const auto y = sh::evaluate9(w);
     for (std::size_t i = 0; i < 9; ++i)
       sum[i] += y[i] * light;
-  }
+  });
   return sum;
+}
+
+/// Off the surface that a foot stands on, and as far to its own side: what it looks at is a lit floor or a dark one.
+static glm::dvec3 beside_foot(const glm::dvec3& x, const glm::dvec3& normal, double lift_m) {
+  const glm::dvec2 level(normal);
+  const double length = glm::length(level);
+  return x + lift_m * glm::dvec3(length > 0.0 ? level / length : level, 1.0);
+}
+
+/// Delta E = sum over the pieces of L omega V cos - sum_lm L_lm C_lm, V of the object itself.
+void NearSunlight::find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces) {
+  for_each_side(objects, [&](const LitSide& side) {
+    if (!knows(side.number))
+      return;
+    const bool at_foot = known_[side.number] == Place::at_foot;
+    const SenderSide seen = side.seen();
+    Rgb& missed = missed_[side.number][side.back];
+    for_each_piece(pieces[side.part],
+                   at_foot ? beside_foot(side.position(), side.normal(), pieces[side.part].lift_m) : side.position(),
+                   [&](const glm::vec3& w, const Rgb& light) { missed += seen.visible_cosine(w) * light; });
+    for (std::size_t i = 0; i < 9; ++i)
+      missed -= side.transfer()[i] * light_[side.number][i];
+  });
 }
 
 /// c(v) = N(v) - sum over probes of w_p N_stored(p): N between the points of a lattice around the object, what the
 /// volume has of it exactly as it is interpolated there.
-void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part, std::span<const VertexProbes> probes,
-                                std::span<const Rgb> stored) {
+NearSunlight::Pieces NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
+                                                std::span<const VertexProbes> probes, std::span<const Rgb> stored) {
   const std::span<const glm::dvec3> at(objects.senders.surface.positions);
   const std::vector<std::uint32_t>& senders = objects.senders.vertex;
   const auto place = [&](std::size_t v) {
@@ -192,16 +221,16 @@ void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
     }
   }
   if (has.empty())
-    return;
+    return {};
   const auto near = surfaces_->near(box.centre(), kReach * farthest + glm::length(box.size()), stored);
   if (near.empty())
-    return;
+    return {};
   std::vector<std::pair<const std::uint32_t, Sh9Rgb>*> wanted;
   for (auto& one : has)
     wanted.push_back(&one);
   parallel_for(std::size_t{0}, wanted.size(),
                [&](std::size_t k) { wanted[k]->second = surfaces_->at_probe(wanted[k]->first, near, stored).nine; });
-  const Pieces sunlit = pieces(near, box);
+  Pieces sunlit = pieces(near, box);
   const BoxLattice lattice(box, kSide, kInset);
   std::vector<Sh9Rgb> light(lattice.point_count());
   std::vector<std::uint8_t> used(lattice.point_count(), 0);
@@ -212,41 +241,53 @@ void NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
     if (used[k])
       light[k] = light_of(sunlit, lattice.position(k));
   });
-  const double lift = 0.5 * kLift * glm::length(box.size()), rim = kInset * box.size().z;
+  const double lift = sunlit.lift_m = 0.5 * kLift * glm::length(box.size()), rim = kInset * box.size().z;
   const auto off_surfaces = [&](const glm::dvec3& x) {
     const auto away = static_cast<double>(rays_->distance(rays_->to_local(x), static_cast<float>(lift)));
     return x + glm::dvec3(0.0, 0.0, lift - std::min(away, lift));
   };
   parallel_for(first, last, [&](std::size_t v) {
-    if (at[v].z < box.min.z + rim)
+    if (probes[v].count == 0)
+      return;
+    known_[v] = at[v].z < box.min.z + rim ? Place::at_foot : Place::within;
+    if (known_[v] == Place::at_foot)
       unit_[v] = light_of(sunlit, off_surfaces(at[v]));
     else
       for (const BoxLattice::Corner& c : lattice.around(at[v]))
         for (std::size_t i = 0; i < 9; ++i)
           unit_[v][i] += c.weight * light[c.point][i];
+    light_[v] = unit_[v];
     for (int k = 0; k < probes[v].count; ++k)
       for (std::size_t i = 0; i < 9; ++i)
         unit_[v][i] -= probes[v].weight[k] * has.at(probes[v].probe[k])[i];
-    if (probes[v].count == 0)
-      unit_[v] = {};
   });
+  return sunlit;
 }
 
 std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std::span<const VertexProbes> probes,
                                              std::uint64_t placement, const std::optional<DetectedSun>& sun,
                                              const IndirectShadow* objects_too) {
   std::vector<Sh9Rgb> light(probes.size());
-  if (!sun || !surfaces_)
+  if (!sun || !surfaces_) {
+    sun_.reset();
+    known_.clear();
     return light;
+  }
   if (sun_ != sun->direction || placement_ != placement) {
     sun_ = sun->direction;
     placement_ = placement;
     shadow_ = objects_too;
     unit_.assign(probes.size(), {});
+    light_.assign(probes.size(), {});
+    missed_.assign(probes.size(), {Rgb(0.0f), Rgb(0.0f)});
+    known_.assign(probes.size(), Place::nowhere);
     const std::vector<Rgb> radiance = stored();
+    std::vector<Pieces> pieces;
     for (std::size_t part = 0; part < objects.parts.size(); ++part)
-      correct_part(objects, part, probes, radiance);
+      pieces.push_back(correct_part(objects, part, probes, radiance));
+    find_missed(objects, pieces);
   }
+  normal_irradiance_ = sun->normal_irradiance;
   for (std::size_t v = 0; v < light.size(); ++v)
     for (std::size_t i = 0; i < 9; ++i)
       light[v][i] = sun->normal_irradiance * unit_[v][i];

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "runtime/indirect/indirect_shadow.h"
+#include "runtime/indirect/lit_side.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
 #include "scene/room/aperture.h"
@@ -34,6 +35,12 @@ public:
                                  std::uint64_t placement, const std::optional<DetectedSun>& sun,
                                  const IndirectShadow* objects_too);
 
+  /// After correction(): a sender has a part in what follows.
+  bool knows(std::size_t sender) const { return sender < known_.size() && known_[sender] != Place::nowhere; }
+  /// Irradiance of one side that the nine coefficients of these surfaces' light miss: a sheet that stands in the sun
+  /// has a lit floor on one side and its shadow on the other, and nine coefficients spread it over both.
+  Rgb missed(std::size_t sender, bool back) const { return normal_irradiance_ * missed_[sender][back]; }
+
 private:
   /// A triangle of a surface, or one of the four that it is cut into where an object is close by.
   struct Piece {
@@ -45,14 +52,17 @@ private:
   struct Pieces {
     std::vector<std::uint32_t> whole; ///< that no other holds
     std::vector<Piece> all;
+    double lift_m = 0.0; ///< off the surface that a vertex may lie on
   };
+  enum class Place : std::uint8_t { nowhere, within, at_foot };
   std::vector<Rgb> stored() const;
   Rgb sunlit(const FirstReflection::Element& element, const glm::dvec3& point) const;
   Pieces pieces(std::span<const FirstReflection::Near> near, const Bounds& box) const;
   double longest_at(const glm::dvec3& point, const Bounds& box) const;
   void cut(std::uint32_t piece, const FirstReflection::Element& element, const Bounds& box, Pieces& pieces) const;
-  void correct_part(const VirtualObjects& objects, std::size_t part, std::span<const VertexProbes> probes,
-                    std::span<const Rgb> stored);
+  Pieces correct_part(const VirtualObjects& objects, std::size_t part, std::span<const VertexProbes> probes,
+                      std::span<const Rgb> stored);
+  void find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces);
 
   const BasisVolume* volume_;
   const RayScene* rays_;
@@ -61,7 +71,10 @@ private:
   std::optional<FirstReflection> surfaces_;
   std::optional<glm::dvec3> sun_; ///< that the following belongs to
   std::uint64_t placement_ = 0;
-  std::vector<Sh9Rgb> unit_; ///< of each sender, under a sun of 1
+  Rgb normal_irradiance_{0.0f};            ///< of the sun
+  std::vector<Sh9Rgb> unit_, light_;       ///< of each sender, under a sun of 1: change, and what the surfaces send
+  std::vector<std::array<Rgb, 2>> missed_; ///< of both sides
+  std::vector<Place> known_;
 };
 
 } // namespace daylit

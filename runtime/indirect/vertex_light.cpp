@@ -14,9 +14,13 @@ constexpr float kMostHidden = 0.98f; // from there on nothing is seen
 
 } // namespace
 
-void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance) {
+void add_sunlit_correction(const IndirectShadow& field, const NearSunlight& near, const VirtualObjects& objects,
+                           std::span<TwoSided> radiance) {
   for_each_side(objects, [&](const LitSide& side) {
-    side.add_irradiance(field.sunlit_correction(side.part, side.position(), side.seen(), side.transfer()), radiance);
+    const Rgb missed = near.knows(side.number)
+                           ? near.missed(side.number, side.back)
+                           : field.sunlit_correction(side.part, side.position(), side.seen(), side.transfer());
+    side.add_irradiance(missed, radiance);
   });
 }
 

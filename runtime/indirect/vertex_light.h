@@ -7,6 +7,7 @@
 
 #include "runtime/indirect/indirect_shadow.h"
 #include "runtime/indirect/light_in_box.h"
+#include "runtime/indirect/near_sunlight.h"
 #include "runtime/indirect/window_shares.h"
 #include "runtime/object/relight.h"
 #include "runtime/object/virtual_objects.h"
@@ -15,8 +16,9 @@
 namespace daylit {
 
 /// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
-/// coefficients of the sunlit surfaces' light miss.
-void add_sunlit_correction(const IndirectShadow& field, const VirtualObjects& objects, std::span<TwoSided> radiance);
+/// coefficients of the sunlit surfaces' light miss: by the surfaces where these are known, else by points on them.
+void add_sunlit_correction(const IndirectShadow& field, const NearSunlight& near, const VirtualObjects& objects,
+                           std::span<TwoSided> radiance);
 /// What lamps send each sender by way of the room, less what the objects take of its light: IndirectShadow::
 /// lamp_light(), trilinear in the box of its part. Empty without both.
 std::vector<Sh9Rgb> lamp_light(const IndirectShadow& field, const VirtualObjects& objects);

@@ -12,7 +12,7 @@ namespace daylit {
 
 namespace {
 
-constexpr std::uint32_t kTransferVersion = 7;
+constexpr std::uint32_t kTransferVersion = 8;
 // |C_lm| <= integral max(0, n.w) |Y_lm| dw, largest for Y_20 facing the pole: below pi everywhere.
 constexpr float kLargestCoefficient = 3.1416f;
 

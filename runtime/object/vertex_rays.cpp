@@ -19,6 +19,11 @@ namespace daylit {
 
 namespace {
 
+constexpr float kOnePlane = 0.999f;   ///< cosine between faces that count as one plane
+constexpr float kAtEdge = 0.2f;       ///< mean of the unit vectors to the middles of a vertex's faces, at least
+constexpr float kInwards = 4.0f;      ///< surface offsets
+constexpr float kOfItsSurface = 0.1f; ///< cosine of a face's normal with that of a vertex of its smooth surface
+
 /// The bits of i mirrored at the binary point (van der Corput 1935).
 double radical_inverse_2(std::uint32_t i) {
   i = (i << 16) | (i >> 16);
@@ -94,6 +99,7 @@ VertexRays::VertexRays(const ObjectMesh& mesh, const RayScene& scene, int rays)
       fan.harmonics[i][lane] = std::numbers::pi_v<float> * y[i];
   }
   find_faces();
+  find_starts();
 }
 
 glm::mat3 VertexRays::frame(const glm::vec3& normal) {
@@ -120,16 +126,41 @@ void VertexRays::find_faces() {
   }
 }
 
+/// Sheets that touch along an edge have vertices of their own there, in the plane of the other sheet: a ray that starts
+/// in it passes it. Vertices at the edge of faces in one plane look from a little inside these.
+void VertexRays::find_starts() {
+  const std::size_t count = mesh_->positions.size();
+  std::vector<glm::vec3> normal(count, glm::vec3(0.0f));
+  std::vector<float> faces(count, 0.0f);
+  inwards_.assign(count, glm::vec3(0.0f));
+  for (std::size_t i = 0; i < mesh_->triangles.size(); ++i) {
+    const auto& t = mesh_->triangles[i];
+    const glm::vec3 middle = (mesh_->positions[t[0]] + mesh_->positions[t[1]] + mesh_->positions[t[2]]) / 3.0f;
+    for (const std::uint32_t v : t)
+      if (const glm::vec3 d = middle - mesh_->positions[v]; glm::dot(d, d) > 0.0f) {
+        inwards_[v] += glm::normalize(d);
+        normal[v] += face_normal_[i];
+        faces[v] += 1.0f;
+      }
+  }
+  for (std::size_t v = 0; v < count; ++v) {
+    const float length = glm::length(inwards_[v]);
+    const bool at_flat_edge = glm::length(normal[v]) > kOnePlane * faces[v] && length > kAtEdge * faces[v];
+    inwards_[v] = at_flat_edge ? kInwards / length * inwards_[v] : glm::vec3(0.0f);
+  }
+}
+
 /// Above the smooth normal's plane and below the plane of a face that meets at this vertex, or the other way round.
 bool VertexRays::dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const {
   const auto begin = face_.begin() + first_face_[group_[vertex]], end = face_.begin() + first_face_[group_[vertex] + 1];
   return std::any_of(begin, end, [&](std::uint32_t face) {
-    return glm::dot(face_normal_[face], w) * glm::dot(face_normal_[face], normal) < 0.0f;
+    const float cosine = glm::dot(face_normal_[face], normal);
+    return std::abs(cosine) > kOfItsSurface && glm::dot(face_normal_[face], w) * cosine < 0.0f;
   });
 }
 
 /// A direction above the smooth normal's tangent plane may dip below a coarse mesh's own facets and leave through its
-/// far side: that hit, on the back of a face, is no occluder.
+/// far side: that hit, on the back of a face, is no occluder. A face of another sheet, across this one, is.
 VertexRays::Hit VertexRays::classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w,
                                      std::uint32_t triangle) const {
   if (glm::dot(face_normal_[triangle], w) < 0.0f)
@@ -150,7 +181,8 @@ SeenPoint VertexRays::seen_point(const glm::vec3& origin, const glm::vec3& w, st
 SideView VertexRays::look(std::uint32_t vertex, const glm::vec3& normal) const {
   const glm::mat3 local = frame(normal);
   const float offset = scene_->surface_offset();
-  const glm::vec3 origin = scene_->to_local(glm::dvec3(mesh_->positions[vertex])) + offset * normal;
+  const glm::vec3 origin =
+      scene_->to_local(glm::dvec3(mesh_->positions[vertex])) + offset * (normal + inwards_[vertex]);
   SideView view;
   std::array<float, 9> sum{};
   RayPacket16 packet;

@@ -52,6 +52,7 @@ private:
   };
   enum class Hit { none, front, back };
   void find_faces();
+  void find_starts();
   Hit classify(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w, std::uint32_t triangle) const;
   bool dips_below(std::uint32_t vertex, const glm::vec3& normal, const glm::vec3& w) const;
 
@@ -63,6 +64,7 @@ private:
   std::vector<glm::vec3> face_normal_; ///< unit, zero where a face has no area
   /// Faces around the position of each vertex: vertices at one position (at seams) have the same faces.
   std::vector<std::uint32_t> group_, first_face_, face_;
+  std::vector<glm::vec3> inwards_; ///< of each vertex: where rays start beside it, in surface offsets
 };
 
 } // namespace daylit

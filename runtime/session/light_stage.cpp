@@ -81,7 +81,7 @@ std::vector<TwoSided> LightStage::exchange_light(const SkyStage& sky, const Virt
   IndirectShadow& shadow = *room_.indirect_shadow;
   shadow.set_sky(sky->pyramid, sky->sun, sky.version());
   shadow.set_direct(std::move(direct), surface, objects.senders.diffuse_reflectance);
-  add_sunlit_correction(shadow, objects, from_room);
+  add_sunlit_correction(shadow, near_sun_, objects, from_room);
   reflect_within(objects, shadow.direct(), from_room, radiance);
   shadow.set_mirrored({}, windows);
   std::vector<std::array<Rgb, 2>> contact;

@@ -13,6 +13,7 @@
 
 #include <gtest/gtest.h>
 
+#include "runtime/object/transfer.h"
 #include "sh/sh9.h"
 #include "surrounded.h"
 
@@ -60,25 +61,35 @@ struct SunnyFloor {
       : volume(with_floor_elements(room.volume, named)) {
     stand_at(places);
   }
-  void stand_at(const std::vector<glm::dvec3>& places) {
+  static std::shared_ptr<const VirtualObjects::Model> model_of(const ObjectMesh& mesh) {
+    VirtualObjects::Model model{mesh, *compute_transfer(mesh), Surrounded::rays_of(mesh)};
+    model.senders = find_senders(mesh, {0, 0, 1});
+    model.self = *SelfExchange::make(mesh, model.rays, model.senders, false);
+    return std::make_shared<const VirtualObjects::Model>(std::move(model));
+  }
+  void stand_at(const std::vector<glm::dvec3>& places) { stand_at(places, model_of(room.mesh), 7, false); }
+  /// Every `step`th vertex sends light.
+  void stand_at(const std::vector<glm::dvec3>& places, const std::shared_ptr<const VirtualObjects::Model>& model,
+                std::uint32_t step, bool has_back) {
+    const ObjectMesh& mesh = model->mesh;
     objects = {};
-    const auto model = std::make_shared<const VirtualObjects::Model>(
-        VirtualObjects::Model{room.mesh, {}, Surrounded::rays_of(room.mesh)});
     std::vector<PlacedPart> placed;
     for (const glm::dvec3& place : places) {
       VirtualObjects::Part part;
       part.model = model;
       part.first_vertex = objects.surface.positions.size();
       part.world_from_object[3] = glm::dvec4(place, 1.0);
-      placed.push_back(
-          {&room.mesh_rays, room.mesh.triangles, room.mesh.positions, part.first_vertex, part.world_from_object});
-      for (const glm::vec3& p : room.mesh.positions)
+      placed.push_back({&model->rays, mesh.triangles, mesh.positions, part.first_vertex, part.world_from_object});
+      for (const glm::vec3& p : mesh.positions)
         objects.surface.positions.push_back(place + glm::dvec3(p));
       objects.parts.push_back(std::move(part));
     }
-    for (std::uint32_t v = 0; v < objects.surface.positions.size(); v += 7) {
+    objects.has_back.assign(objects.surface.positions.size(), has_back);
+    for (std::uint32_t v = 0; v < objects.surface.positions.size(); v += step) {
       objects.senders.vertex.push_back(v);
       objects.senders.surface.positions.push_back(objects.surface.positions[v]);
+      objects.senders.surface.normals.push_back(mesh.normals[v % mesh.normals.size()]);
+      objects.senders.transfer.push_back(model->transfer[v % mesh.normals.size()]);
     }
     room.change.set_objects(std::move(placed));
     probes = find_vertex_probes(room.sampler, objects.senders.surface.positions);
@@ -161,6 +172,82 @@ TEST(NearSunlight, with_the_volumes_light_is_the_solid_angle_of_the_patch) {
                     tolerance)
             << place.y << ", vertex " << v;
   }
+}
+
+/// Irradiance by the nine coefficients, and what they miss of it.
+double irradiance_at(const SunnyFloor& floor, std::size_t v, const Sh9Rgb& light, bool back = false) {
+  const VertexTransfer& transfer = floor.objects.senders.transfer[v];
+  float e = floor.near.missed(v, back).g;
+  for (std::size_t i = 0; i < 9; ++i)
+    e += light[i].g * (back ? transfer.back : transfer.front)[i];
+  return static_cast<double>(e);
+}
+
+/// E = integral of L (n d)+ z / |y - x|^3 over the patch, by squares of 5 mm.
+double patch_irradiance(const glm::dvec3& x, const glm::dvec3& n) {
+  constexpr double kStep = 0.005;
+  double sum = 0;
+  for (double a = kX0 + 0.5 * kStep; a < kX1; a += kStep)
+    for (double b = kY0 + 0.5 * kStep; b < kY1; b += kStep) {
+      const glm::dvec3 d = glm::dvec3(a, b, 0.0) - x;
+      const double distance = glm::length(d);
+      sum += std::max(0.0, glm::dot(n, d)) * kStep * kStep * x.z / std::pow(distance, 4.0);
+    }
+  return sum * static_cast<double>(SunnyFloor::patch_radiance().g);
+}
+
+TEST(NearSunlight, irradiance_with_what_nine_coefficients_miss_is_the_integral_over_the_patch) {
+  for (const glm::dvec3& place : kPlaces) {
+    SunnyFloor floor({place});
+    const std::vector<Sh9Rgb> light = sum(floor.base(), floor.correction());
+    double most = 0, worst = 0;
+    for (std::size_t v = 0; v < light.size(); v += 23) {
+      const double exact = patch_irradiance(floor.at()[v], glm::dvec3(floor.objects.senders.surface.normals[v]));
+      most = std::max(most, exact);
+      worst = std::max(worst, std::abs(irradiance_at(floor, v, light[v]) - exact));
+    }
+    EXPECT_LT(worst, 0.03 * most) << place.y;
+  }
+}
+
+/// A folded card, 1 m along x, 0.1 m high and wide: two sheets that touch at the top; fronts outside.
+ObjectMesh tent() {
+  ObjectMesh mesh;
+  for (const float side : {-1.0f, 1.0f}) {
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    const glm::vec3 normal = glm::normalize(glm::vec3(0.0f, side, 0.5f));
+    for (std::uint32_t j = 0; j < 6; ++j)
+      for (std::uint32_t i = 0; i < 21; ++i) {
+        const float up = 0.2f * static_cast<float>(j);
+        mesh.positions.emplace_back(-0.5f + 0.05f * static_cast<float>(i), 0.05f * side * (1.0f - up), 0.1f * up);
+        mesh.normals.push_back(normal);
+        mesh.reflectance.emplace_back(0.5f);
+        if (i == 0 || j == 0)
+          continue;
+        const std::uint32_t v = first + 21 * j + i, w = v - 21;
+        mesh.triangles.push_back(side > 0 ? std::array{v, w, v - 1} : std::array{v, v - 1, w});
+        mesh.triangles.push_back(side > 0 ? std::array{w, w - 1, v - 1} : std::array{w, v - 1, w - 1});
+      }
+  }
+  return mesh;
+}
+
+TEST(NearSunlight, the_inside_of_a_card_beside_the_patch_stays_dark) {
+  SunnyFloor floor;
+  floor.stand_at({{2.0, kY1 + 0.05, 0.0}}, SunnyFloor::model_of(tent()), 1, true);
+  const std::vector<Sh9Rgb> light = sum(floor.base(), floor.correction());
+  const double lit = test::kPi * static_cast<double>(SunnyFloor::patch_radiance().g);
+  double brightest_foot = 0;
+  for (std::size_t v = 0; v < light.size(); ++v) {
+    const glm::dvec3& x = floor.at()[v];
+    if (std::abs(x.x - 2.0) < 0.3) { // light comes in at the ends
+      EXPECT_NEAR(irradiance_at(floor, v, light[v], true), 0.0, 0.035 * lit) << x.y - kY1 << ", height " << x.z;
+    }
+    if (x.z == 0.0)
+      brightest_foot = std::max(brightest_foot, irradiance_at(floor, v, light[v]));
+  }
+  const double floor_share = 0.5 * (1.0 - 1.0 / std::sqrt(5.0)); // of what the outside sees, which leans by atan 1/2
+  EXPECT_NEAR(brightest_foot, floor_share * lit, 0.02 * lit);
 }
 
 /// L_lm = integral of L V Y_lm(d) z / |y - x|^3 over the patch, by squares of 5 mm; V: not in the sphere's shadow.

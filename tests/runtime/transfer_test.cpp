@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <random>
 
+#include <glm/gtc/matrix_transform.hpp>
 #include <gtest/gtest.h>
 
 #include "object_shapes.h"
@@ -51,6 +52,30 @@ TEST(Transfer, a_wall_beside_a_vertex_takes_half_of_its_light) {
   ASSERT_TRUE(transfer);
   EXPECT_NEAR((*transfer)[0].front[0], 0.5 * std::numbers::pi * 0.28209479, 0.01);
   EXPECT_NEAR((*transfer)[0].front[3], -0.48860251 * 2.0 / 3.0, 0.01);
+}
+
+// Two sheets that touch along an edge, each with vertices of its own there, which lie in the plane of the other sheet.
+TEST(Transfer, a_sheet_that_touches_another_takes_half_of_the_light_at_their_edge) {
+  for (int k = 0; k < 16; ++k) { // either face of the wall is met, however both are turned
+    const float side = k % 2 ? 1.0f : -1.0f, a = 0.7f * static_cast<float>(k);
+    const glm::mat3 turn(glm::rotate(glm::mat4(1.0f), a, glm::normalize(glm::vec3(1, 2, 3))));
+    ObjectMesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, -1, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -20, 0}, {0, 20, 0}, {0, 0, 40}, {0, 0, 0}};
+    mesh.normals.assign(4, {0, 0, 1});
+    mesh.normals.insert(mesh.normals.end(), 4, {side, 0, 0});
+    for (glm::vec3& p : mesh.positions)
+      p = turn * p;
+    for (glm::vec3& n : mesh.normals)
+      n = turn * n;
+    mesh.reflectance.assign(8, Rgb(0.5f));
+    mesh.triangles = {{0, 3, 1}, {0, 2, 3}, {4, 6, 7}, {7, 6, 5}};
+    if (side > 0.0f)
+      for (std::size_t i : {2, 3})
+        std::swap(mesh.triangles[i][1], mesh.triangles[i][2]);
+    const auto transfer = compute_transfer(mesh, {4096});
+    ASSERT_TRUE(transfer);
+    EXPECT_NEAR((*transfer)[0].front[0], 0.5 * std::numbers::pi * 0.28209479, 0.01) << k;
+  }
 }
 
 TEST(Transfer, a_torus_shadows_its_own_inside) {
