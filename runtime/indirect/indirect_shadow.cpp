@@ -187,8 +187,8 @@ Rgb IndirectShadow::feedback(std::span<const FeedbackTerm> terms) const {
   return state_->indirect_feedback.change(terms);
 }
 Rgb IndirectShadow::sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
-                                      const TransferVector& world_transfer) const {
-  return state_->correction.at(part, x, side, world_transfer);
+                                      const TransferVector& world_transfer, const SurfacesKnown& known) const {
+  return state_->correction.at(part, x, side, world_transfer, known);
 }
 
 bool IndirectShadow::objects_see_each_other() const { return state_->other_objects.any(); }

@@ -21,6 +21,7 @@
 #include "runtime/indirect/feedback_term.h"
 #include "runtime/indirect/object_effects.h"
 #include "runtime/indirect/receiver.h"
+#include "runtime/indirect/sunlit_correction.h"
 #include "runtime/object/object_surface.h"
 #include "runtime/object/self_visibility.h"
 
@@ -73,7 +74,7 @@ public:
   Rgb feedback(std::span<const FeedbackTerm> terms) const;
   /// What nine coefficients of the sunlit surfaces' light miss: SunlitCorrection::at(). After set_sky().
   Rgb sunlit_correction(std::size_t part, const glm::dvec3& x, const SenderSide& side,
-                        const TransferVector& world_transfer) const;
+                        const TransferVector& world_transfer, const SurfacesKnown& known = {}) const;
   /// Light between the objects: whether there is any, and after set_indirect(), what it changes of the radiance that
   /// arrives at a point of a part.
   bool objects_see_each_other() const;

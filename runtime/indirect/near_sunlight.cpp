@@ -28,6 +28,7 @@ constexpr double kFine = 0.5;   // longest edge of a piece, of its distance
 constexpr double kLeast = 0.02; // the same, of half the box's diagonal,
 constexpr double kDark = 0.2;   // and of pieces that lie in shadow
 constexpr double kLift = 0.015; // the same: upwards off what a vertex may lie on, as far as the smallest pieces
+constexpr double kKnown = 1.5;  // of the box's diagonal: what is further away is looked at point by point
 constexpr double kReach = 2.0;  // of the distance of probes, as FirstReflection has it
 
 double longest_edge(const Triangle& t) {
@@ -143,8 +144,8 @@ NearSunlight::Pieces NearSunlight::pieces(std::span<const FirstReflection::Near>
   return joined;
 }
 
-/// work(w, L omega) for each piece, w towards its middle; of those that are large beside their distance, for their
-/// parts.
+/// work(corners, w, L omega) for each piece, w towards its middle; of those that are large beside their distance, for
+/// their parts.
 static void for_each_piece(const auto& pieces, const glm::dvec3& x, const auto& work) {
   std::vector<std::uint32_t> left = pieces.whole;
   while (!left.empty()) {
@@ -159,18 +160,25 @@ static void for_each_piece(const auto& pieces, const glm::dvec3& x, const auto& 
         left.push_back(p.first_part + k);
       continue;
     }
-    work(glm::vec3(way / distance), static_cast<float>(solid_angle(p.corner, x)) * p.radiance);
+    work(p.corner, glm::vec3(way / distance), static_cast<float>(solid_angle(p.corner, x)) * p.radiance);
   }
 }
 
 /// L_lm = sum over the pieces of L omega Y_lm(w)
 static Sh9Rgb light_of(const auto& pieces, const glm::dvec3& x) {
   Sh9Rgb sum{};
-  for_each_piece(pieces, x, [&](const glm::vec3& w, const Rgb& light) {
+  for_each_piece(pieces, x, [&](const Triangle&, const glm::vec3& w, const Rgb& light) {
     const auto y = sh::evaluate9(w);
     for (std::size_t i = 0; i < 9; ++i)
       sum[i] += y[i] * light;
   });
+  return sum;
+}
+
+static float product(const std::array<float, 9>& a, const TransferVector& b) {
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < 9; ++i)
+    sum += a[i] * b[i];
   return sum;
 }
 
@@ -181,19 +189,31 @@ static glm::dvec3 beside_foot(const glm::dvec3& x, const glm::dvec3& normal, dou
   return x + lift_m * glm::dvec3(length > 0.0 ? level / length : level, 1.0);
 }
 
-/// Delta E = sum over the pieces of L omega V cos - sum_lm L_lm C_lm, V of the object itself.
+/// Delta E = sum over the pieces of L omega (k V cos + (1 - k) sum_lm Y_lm(w) C_lm) - sum_lm L_lm C_lm, V of the object
+/// itself and k 1 near it: V cos of a piece is the mean over its quarters.
 void NearSunlight::find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces) {
   for_each_side(objects, [&](const LitSide& side) {
     if (!knows(side.number))
       return;
+    const Pieces& sunlit = pieces[side.part];
+    const SurfacesKnown& around = around_[side.part];
     const bool at_foot = known_[side.number] == Place::at_foot;
+    const glm::dvec3 x = at_foot ? beside_foot(side.position(), side.normal(), sunlit.lift_m) : side.position();
     const SenderSide seen = side.seen();
+    const TransferVector& transfer = side.transfer();
     Rgb& missed = missed_[side.number][side.back];
-    for_each_piece(pieces[side.part],
-                   at_foot ? beside_foot(side.position(), side.normal(), pieces[side.part].lift_m) : side.position(),
-                   [&](const glm::vec3& w, const Rgb& light) { missed += seen.visible_cosine(w) * light; });
+    for_each_piece(sunlit, x, [&](const Triangle& corners, const glm::vec3& w, const Rgb& light) {
+      const float far = around.share_beyond(middle_of(corners));
+      float received = 0.0f;
+      if (far < 1.0f)
+        for (const Triangle& part : quarters(corners))
+          received += 0.25f * (1.0f - far) * seen.visible_cosine(glm::vec3(glm::normalize(middle_of(part) - x)));
+      if (far > 0.0f)
+        received += far * product(sh::evaluate9(w), transfer);
+      missed += received * light;
+    });
     for (std::size_t i = 0; i < 9; ++i)
-      missed -= side.transfer()[i] * light_[side.number][i];
+      missed -= transfer[i] * light_[side.number][i];
   });
 }
 
@@ -222,9 +242,11 @@ NearSunlight::Pieces NearSunlight::correct_part(const VirtualObjects& objects, s
   }
   if (has.empty())
     return {};
-  const auto near = surfaces_->near(box.centre(), kReach * farthest + glm::length(box.size()), stored);
+  const double reach = kReach * farthest + glm::length(box.size());
+  const auto near = surfaces_->near(box.centre(), reach, stored);
   if (near.empty())
     return {};
+  around_[part] = {box.centre(), std::min(kKnown * glm::length(box.size()), 0.5 * reach)};
   std::vector<std::pair<const std::uint32_t, Sh9Rgb>*> wanted;
   for (auto& one : has)
     wanted.push_back(&one);
@@ -271,6 +293,7 @@ std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std:
   if (!sun || !surfaces_) {
     sun_.reset();
     known_.clear();
+    around_.clear();
     return light;
   }
   if (sun_ != sun->direction || placement_ != placement) {
@@ -281,6 +304,7 @@ std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std:
     light_.assign(probes.size(), {});
     missed_.assign(probes.size(), {Rgb(0.0f), Rgb(0.0f)});
     known_.assign(probes.size(), Place::nowhere);
+    around_.assign(objects.parts.size(), {});
     const std::vector<Rgb> radiance = stored();
     std::vector<Pieces> pieces;
     for (std::size_t part = 0; part < objects.parts.size(); ++part)

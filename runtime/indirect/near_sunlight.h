@@ -35,6 +35,10 @@ public:
                                  std::uint64_t placement, const std::optional<DetectedSun>& sun,
                                  const IndirectShadow* objects_too);
 
+  /// After correction(): around a part, the surfaces that are known.
+  SurfacesKnown surfaces_known(std::size_t part) const {
+    return part < around_.size() ? around_[part] : SurfacesKnown{};
+  }
   /// After correction(): a sender has a part in what follows.
   bool knows(std::size_t sender) const { return sender < known_.size() && known_[sender] != Place::nowhere; }
   /// Irradiance of one side that the nine coefficients of these surfaces' light miss: a sheet that stands in the sun
@@ -75,6 +79,7 @@ private:
   std::vector<Sh9Rgb> unit_, light_;       ///< of each sender, under a sun of 1: change, and what the surfaces send
   std::vector<std::array<Rgb, 2>> missed_; ///< of both sides
   std::vector<Place> known_;
+  std::vector<SurfacesKnown> around_; ///< of each part
 };
 
 } // namespace daylit

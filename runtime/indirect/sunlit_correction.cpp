@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "runtime/indirect/box_lattice.h"
@@ -28,6 +29,10 @@ float visible_part(const glm::dvec3& point, std::size_t part, const PlacedParts&
 
 } // namespace
 
+float SurfacesKnown::share_beyond(const glm::dvec3& x) const {
+  return reach_m > 0.0 ? static_cast<float>(glm::smoothstep(0.5, 1.0, glm::distance(x, centre) / reach_m)) : 1.0f;
+}
+
 SunlitCorrection::SunlitCorrection(std::span<const SunlitPoint> points, const PlacedParts& parts,
                                    const WindowVisibility& windows)
     : seen_(parts.size()) {
@@ -41,12 +46,13 @@ SunlitCorrection::SunlitCorrection(std::span<const SunlitPoint> points, const Pl
 
 /// sum over the points of power cos' / (pi r^2) (V cos - sum_lm Y_lm(w) C_lm): a small diffuse source.
 Rgb SunlitCorrection::at(std::size_t part, const glm::dvec3& x, const SenderSide& side,
-                         const TransferVector& world_transfer) const {
+                         const TransferVector& world_transfer, const SurfacesKnown& known) const {
   Rgb sum(0.0f);
   for (const SunlitPoint& p : seen_[part]) {
     const glm::dvec3 d = p.position - x;
     const double r = glm::length(d), there = -glm::dot(p.normal, d) / r;
-    const double far = std::clamp(r / (kNearSpacings * p.spacing_m) - 1.0, 0.0, 1.0);
+    const double far = std::clamp(r / (kNearSpacings * p.spacing_m) - 1.0, 0.0, 1.0) *
+                       static_cast<double>(known.share_beyond(p.position));
     if (there <= 0.0 || far <= 0.0)
       continue;
     const glm::vec3 w(d / r);

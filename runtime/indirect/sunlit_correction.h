@@ -15,6 +15,14 @@
 
 namespace daylit {
 
+/// Around an object, what sunlit surfaces send is known surface by surface (near_sunlight.h): up to half of this reach,
+/// and falling to nothing at its end. Zero: nowhere.
+struct SurfacesKnown {
+  glm::dvec3 centre{0.0};
+  double reach_m = 0.0;
+  float share_beyond(const glm::dvec3& x) const;
+};
+
 class SunlitCorrection {
 public:
   SunlitCorrection() = default;
@@ -23,8 +31,10 @@ public:
 
   /// Irradiance of one side at x of a part: that of the points, past the object, less what their nine coefficients
   /// times `world_transfer` give. Of points nearer than two to four of their spacings it fades out: as points these are
-  /// wrong, and as part of a floor that fills half of the view nine coefficients know them.
-  Rgb at(std::size_t part, const glm::dvec3& x, const SenderSide& side, const TransferVector& world_transfer) const;
+  /// wrong, and as part of a floor that fills half of the view nine coefficients know them. What is known of surfaces
+  /// is left out.
+  Rgb at(std::size_t part, const glm::dvec3& x, const SenderSide& side, const TransferVector& world_transfer,
+         const SurfacesKnown& known = {}) const;
 
 private:
   std::vector<std::vector<SunlitPoint>> seen_; ///< of each part, with the power that reaches it

@@ -16,7 +16,7 @@
 namespace daylit {
 
 /// Adds to the reflected indirect radiance of each vertex that sends light (VirtualObjects::Senders) what nine
-/// coefficients of the sunlit surfaces' light miss: by the surfaces where these are known, else by points on them.
+/// coefficients of the sunlit surfaces' light miss: by the surfaces that are near, and by points on those further away.
 void add_sunlit_correction(const IndirectShadow& field, const NearSunlight& near, const VirtualObjects& objects,
                            std::span<TwoSided> radiance);
 /// What lamps send each sender by way of the room, less what the objects take of its light: IndirectShadow::
