@@ -222,12 +222,7 @@ void NearSunlight::find_missed(const VirtualObjects& objects, std::span<const Pi
 NearSunlight::Pieces NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
                                                 std::span<const VertexProbes> probes, std::span<const Rgb> stored) {
   const std::span<const glm::dvec3> at(objects.senders.surface.positions);
-  const std::vector<std::uint32_t>& senders = objects.senders.vertex;
-  const auto place = [&](std::size_t v) {
-    return static_cast<std::size_t>(std::ranges::lower_bound(senders, v) - senders.begin());
-  };
-  const std::size_t begin = objects.parts[part].first_vertex, first = place(begin),
-                    last = place(begin + objects.parts[part].mesh().positions.size());
+  const auto [first, last] = of_part(objects.parts[part], objects.senders.vertex);
   Bounds box;
   std::map<std::uint32_t, Sh9Rgb> has; // what the volume has, by probe
   double farthest = 0.0;

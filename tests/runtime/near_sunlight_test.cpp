@@ -233,7 +233,7 @@ ObjectMesh tent() {
 }
 
 TEST(NearSunlight, the_inside_of_a_card_beside_the_patch_stays_dark) {
-  SunnyFloor floor;
+  SunnyFloor floor({kPlaces[0]}, {1.75f, 2.25f, 3.25f, 3.75f}); // all of it near the card
   floor.stand_at({{2.0, kY1 + 0.05, 0.0}}, SunnyFloor::model_of(tent()), 1, true);
   const std::vector<Sh9Rgb> light = sum(floor.base(), floor.correction());
   const double lit = test::kPi * static_cast<double>(SunnyFloor::patch_radiance().g);
@@ -247,7 +247,7 @@ TEST(NearSunlight, the_inside_of_a_card_beside_the_patch_stays_dark) {
       brightest_foot = std::max(brightest_foot, irradiance_at(floor, v, light[v]));
   }
   const double floor_share = 0.5 * (1.0 - 1.0 / std::sqrt(5.0)); // of what the outside sees, which leans by atan 1/2
-  EXPECT_NEAR(brightest_foot, floor_share * lit, 0.02 * lit);
+  EXPECT_NEAR(brightest_foot, floor_share * lit, 0.03 * lit);
 }
 
 /// L_lm = integral of L V Y_lm(d) z / |y - x|^3 over the patch, by squares of 5 mm; V: not in the sphere's shadow.
