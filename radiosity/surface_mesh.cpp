@@ -132,8 +132,6 @@ Error too_fine() {
   return {ErrorCode::limit_exceeded, "more facets than the limit", "facet size", "use a larger --patch-size"};
 }
 
-} // namespace
-
 /// How much longer edges beside panes are, so that they make kMostBesidePanes facets at most: N ~ 1 / edge^2.
 /// `count_with`: facets for a factor; infinite: without panes.
 template <class CountWith>
@@ -148,6 +146,8 @@ double lengthened_beside_panes(const CountWith& count_with) {
   }
   return longer;
 }
+
+} // namespace
 
 /// Edge length from N = 4.5 A / edge^2: what refinement makes of an area A; corrected by the count that results.
 Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) {

@@ -191,36 +191,39 @@ static glm::dvec3 beside_foot(const glm::dvec3& x, const glm::dvec3& normal, dou
 
 /// Delta E = sum over the pieces of L omega (k V cos + (1 - k) sum_lm Y_lm(w) C_lm) - sum_lm L_lm C_lm, V of the object
 /// itself and k 1 near it: V cos of a piece is the mean over its quarters.
-void NearSunlight::find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces) {
+void NearSunlight::find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces,
+                               std::span<const Received> received) {
   for_each_side(objects, [&](const LitSide& side) {
-    if (!knows(side.number))
+    const Received& own = received[side.number];
+    if (own.place == Place::nowhere)
       return;
     const Pieces& sunlit = pieces[side.part];
     const SurfacesKnown& around = around_[side.part];
-    const bool at_foot = known_[side.number] == Place::at_foot;
+    const bool at_foot = own.place == Place::at_foot;
     const glm::dvec3 x = at_foot ? beside_foot(side.position(), side.normal(), sunlit.lift_m) : side.position();
     const SenderSide seen = side.seen();
     const TransferVector& transfer = side.transfer();
     Rgb& missed = missed_[side.number][side.back];
     for_each_piece(sunlit, x, [&](const Triangle& corners, const glm::vec3& w, const Rgb& light) {
       const float far = around.share_beyond(middle_of(corners));
-      float received = 0.0f;
+      float taken = 0.0f;
       if (far < 1.0f)
         for (const Triangle& part : quarters(corners))
-          received += 0.25f * (1.0f - far) * seen.visible_cosine(glm::vec3(glm::normalize(middle_of(part) - x)));
+          taken += 0.25f * (1.0f - far) * seen.visible_cosine(glm::vec3(glm::normalize(middle_of(part) - x)));
       if (far > 0.0f)
-        received += far * product(sh::evaluate9(w), transfer);
-      missed += received * light;
+        taken += far * product(sh::evaluate9(w), transfer);
+      missed += taken * light;
     });
     for (std::size_t i = 0; i < 9; ++i)
-      missed -= transfer[i] * light_[side.number][i];
+      missed -= transfer[i] * own.light[i];
   });
 }
 
 /// c(v) = N(v) - sum over probes of w_p N_stored(p): N between the points of a lattice around the object, what the
 /// volume has of it exactly as it is interpolated there.
 NearSunlight::Pieces NearSunlight::correct_part(const VirtualObjects& objects, std::size_t part,
-                                                std::span<const VertexProbes> probes, std::span<const Rgb> stored) {
+                                                std::span<const VertexProbes> probes, std::span<const Rgb> stored,
+                                                std::span<Received> received) {
   const std::span<const glm::dvec3> at(objects.senders.surface.positions);
   const auto [first, last] = of_part(objects.parts[part], objects.senders.vertex);
   Bounds box;
@@ -266,14 +269,14 @@ NearSunlight::Pieces NearSunlight::correct_part(const VirtualObjects& objects, s
   parallel_for(first, last, [&](std::size_t v) {
     if (probes[v].count == 0)
       return;
-    known_[v] = at[v].z < box.min.z + rim ? Place::at_foot : Place::within;
-    if (known_[v] == Place::at_foot)
+    received[v].place = at[v].z < box.min.z + rim ? Place::at_foot : Place::within;
+    if (received[v].place == Place::at_foot)
       unit_[v] = light_of(sunlit, off_surfaces(at[v]));
     else
       for (const BoxLattice::Corner& c : lattice.around(at[v]))
         for (std::size_t i = 0; i < 9; ++i)
           unit_[v][i] += c.weight * light[c.point][i];
-    light_[v] = unit_[v];
+    received[v].light = unit_[v];
     for (int k = 0; k < probes[v].count; ++k)
       for (std::size_t i = 0; i < 9; ++i)
         unit_[v][i] -= probes[v].weight[k] * has.at(probes[v].probe[k])[i];
@@ -287,7 +290,7 @@ std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std:
   std::vector<Sh9Rgb> light(probes.size());
   if (!sun || !surfaces_) {
     sun_.reset();
-    known_.clear();
+    missed_.clear();
     around_.clear();
     return light;
   }
@@ -296,15 +299,14 @@ std::vector<Sh9Rgb> NearSunlight::correction(const VirtualObjects& objects, std:
     placement_ = placement;
     shadow_ = objects_too;
     unit_.assign(probes.size(), {});
-    light_.assign(probes.size(), {});
     missed_.assign(probes.size(), {Rgb(0.0f), Rgb(0.0f)});
-    known_.assign(probes.size(), Place::nowhere);
     around_.assign(objects.parts.size(), {});
     const std::vector<Rgb> radiance = stored();
     std::vector<Pieces> pieces;
+    std::vector<Received> received(probes.size());
     for (std::size_t part = 0; part < objects.parts.size(); ++part)
-      pieces.push_back(correct_part(objects, part, probes, radiance));
-    find_missed(objects, pieces);
+      pieces.push_back(correct_part(objects, part, probes, radiance, received));
+    find_missed(objects, pieces, received);
   }
   normal_irradiance_ = sun->normal_irradiance;
   for (std::size_t v = 0; v < light.size(); ++v)

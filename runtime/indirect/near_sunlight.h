@@ -39,11 +39,12 @@ public:
   SurfacesKnown surfaces_known(std::size_t part) const {
     return part < around_.size() ? around_[part] : SurfacesKnown{};
   }
-  /// After correction(): a sender has a part in what follows.
-  bool knows(std::size_t sender) const { return sender < known_.size() && known_[sender] != Place::nowhere; }
   /// Irradiance of one side that the nine coefficients of these surfaces' light miss: a sheet that stands in the sun
   /// has a lit floor on one side and its shadow on the other, and nine coefficients spread it over both.
-  Rgb missed(std::size_t sender, bool back) const { return normal_irradiance_ * missed_[sender][back]; }
+  /// After correction(); zero without a sun.
+  Rgb missed(std::size_t sender, bool back) const {
+    return sender < missed_.size() ? normal_irradiance_ * missed_[sender][back] : Rgb(0.0f);
+  }
 
 private:
   /// A triangle of a surface, or one of the four that it is cut into where an object is close by.
@@ -59,14 +60,19 @@ private:
     double lift_m = 0.0; ///< off the surface that a vertex may lie on
   };
   enum class Place : std::uint8_t { nowhere, within, at_foot };
+  /// What the surfaces send a sender, under a sun of 1.
+  struct Received {
+    Sh9Rgb light{};
+    Place place = Place::nowhere;
+  };
   std::vector<Rgb> stored() const;
   Rgb sunlit(const FirstReflection::Element& element, const glm::dvec3& point) const;
   Pieces pieces(std::span<const FirstReflection::Near> near, const Bounds& box) const;
   double longest_at(const glm::dvec3& point, const Bounds& box) const;
   void cut(std::uint32_t piece, const FirstReflection::Element& element, const Bounds& box, Pieces& pieces) const;
   Pieces correct_part(const VirtualObjects& objects, std::size_t part, std::span<const VertexProbes> probes,
-                      std::span<const Rgb> stored);
-  void find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces);
+                      std::span<const Rgb> stored, std::span<Received> received);
+  void find_missed(const VirtualObjects& objects, std::span<const Pieces> pieces, std::span<const Received> received);
 
   const BasisVolume* volume_;
   const RayScene* rays_;
@@ -76,10 +82,9 @@ private:
   std::optional<glm::dvec3> sun_; ///< that the following belongs to
   std::uint64_t placement_ = 0;
   Rgb normal_irradiance_{0.0f};            ///< of the sun
-  std::vector<Sh9Rgb> unit_, light_;       ///< of each sender, under a sun of 1: change, and what the surfaces send
-  std::vector<std::array<Rgb, 2>> missed_; ///< of both sides
-  std::vector<Place> known_;
-  std::vector<SurfacesKnown> around_; ///< of each part
+  std::vector<Sh9Rgb> unit_;               ///< of each sender, under a sun of 1
+  std::vector<std::array<Rgb, 2>> missed_; ///< of both sides of each, the same
+  std::vector<SurfacesKnown> around_;      ///< of each part
 };
 
 } // namespace daylit

@@ -51,9 +51,11 @@ Rgb SunlitCorrection::at(std::size_t part, const glm::dvec3& x, const SenderSide
   for (const SunlitPoint& p : seen_[part]) {
     const glm::dvec3 d = p.position - x;
     const double r = glm::length(d), there = -glm::dot(p.normal, d) / r;
-    const double far = std::clamp(r / (kNearSpacings * p.spacing_m) - 1.0, 0.0, 1.0) *
-                       static_cast<double>(known.share_beyond(p.position));
-    if (there <= 0.0 || far <= 0.0)
+    const double apart = std::clamp(r / (kNearSpacings * p.spacing_m) - 1.0, 0.0, 1.0);
+    if (there <= 0.0 || apart <= 0.0)
+      continue;
+    const double far = apart * static_cast<double>(known.share_beyond(p.position));
+    if (far <= 0.0)
       continue;
     const glm::vec3 w(d / r);
     const std::array<float, 9> y = sh::evaluate9(w);

@@ -17,11 +17,10 @@ constexpr float kMostHidden = 0.98f; // from there on nothing is seen
 void add_sunlit_correction(const IndirectShadow& field, const NearSunlight& near, const VirtualObjects& objects,
                            std::span<TwoSided> radiance) {
   for_each_side(objects, [&](const LitSide& side) {
-    Rgb missed = field.sunlit_correction(side.part, side.position(), side.seen(), side.transfer(),
-                                         near.surfaces_known(side.part));
-    if (near.knows(side.number))
-      missed += near.missed(side.number, side.back);
-    side.add_irradiance(missed, radiance);
+    side.add_irradiance(near.missed(side.number, side.back) + field.sunlit_correction(side.part, side.position(),
+                                                                                      side.seen(), side.transfer(),
+                                                                                      near.surfaces_known(side.part)),
+                        radiance);
   });
 }
 
