@@ -34,8 +34,10 @@ constexpr double kMinCompact = 1e-3, kMaxCompact = 0.1;
 constexpr double kRowRays = 229376; ///< visibility rays at 2 %: rows of form factors close to 1e-3
 // Of surfaces whose further bounces are solved together: at least so many at 2 %, and so many of the facets.
 constexpr double kClusters = 512, kFacetsInClusters = 0.4, kMostClusters = 2048;
-constexpr int kGatherRays = 3072; ///< per probe at 2 %: noise of the rays costs components of a fine sky
-constexpr double kFinest = 1e-4;  ///< the target at which every setting is at its limit
+constexpr double kFixedPerFacet = 2.0;    ///< facets of small faces beyond so many for each other one are furniture's
+constexpr double kBesideFurniture = 0.65; ///< of what grid and factors may err, at least, where there are more
+constexpr int kGatherRays = 3072;         ///< per probe at 2 %: noise of the rays costs components of a fine sky
+constexpr double kFinest = 1e-4;          ///< the target at which every setting is at its limit
 constexpr double kCoarsest = 0.2, kErrorStep = 1.08; ///< errors that are tried where a time decides
 
 /// Probes of a grid.
@@ -94,10 +96,19 @@ private:
                                            (request_.points.empty() ? 1 : 2));
   }
 
-  /// n = 512 (2 % / target), at least 0.4 of the facets: in a building every room needs its own.
+  /// Where furniture makes most of the facets, exchange between these takes the time, whatever the error that is
+  /// wanted. Probes and factors then cost little, so they take less of it.
+  double beside_furniture(const BakeOptions& options) const {
+    const double fixed = static_cast<double>(calibration_.fixed_facets);
+    return std::sqrt(std::clamp(kFixedPerFacet * facets_of(options) / std::max(fixed, 1.0),
+                                kBesideFurniture * kBesideFurniture, 1.0));
+  }
+
+  /// n = 512 (2 % / target), at least 0.4 of the facets: in a building every room needs its own. Furniture's are small,
+  /// many in a cluster.
   void choose_clusters(double target, BakeOptions& options) const {
-    const double usual = kClusters * std::clamp(0.02 / target, 0.5, 4.0),
-                 facets = facets_of(options) + static_cast<double>(calibration_.fixed_facets);
+    const double usual = kClusters * std::clamp(0.02 / target, 0.5, 4.0), free = facets_of(options),
+                 facets = free + std::min(static_cast<double>(calibration_.fixed_facets), kFixedPerFacet * free);
     options.clusters = static_cast<std::size_t>(std::min(std::max(usual, kFacetsInClusters * facets), kMostClusters));
   }
 
@@ -155,7 +166,8 @@ private:
     if (options.grid.x > 0 || options.spacing_m > 0 || !request_.points.empty())
       return;
     const glm::dvec3 size = calibration_.bounds.size();
-    const double columns = 3 * 1024 * calibration_.stored_fraction;
+    const double columns = 3 * 1024 * calibration_.stored_fraction,
+                 allowed = kGridPart * beside_furniture(options) * target;
     // Steps of 1.5 %: the number of probes jumps where one more fits along an axis.
     for (double spacing = 0.5 * std::max({size.x, size.y, size.z});; spacing /= 1.015) {
       const glm::ivec3 count = grid_size(calibration_.bounds, spacing);
@@ -164,7 +176,7 @@ private:
         return;
       options.spacing_m = spacing;
       if (grid_error(calibration_, mean_spacing(calibration_.bounds, count), options.gather_rays,
-                     calibration_.grid_error) <= kGridPart * target)
+                     calibration_.grid_error) <= allowed)
         return;
     }
   }
@@ -220,7 +232,8 @@ private:
 
   Result<void> choose_sky(double target, Plan& plan) const {
     plan.precision = target >= 0.005 ? BasisPrecision::float16 : BasisPrecision::float32;
-    const double part = request_.points.empty() ? kCompactPart * compact_part() : kCompactPoints;
+    const double part =
+        request_.points.empty() ? kCompactPart * compact_part() * beside_furniture(plan.options) : kCompactPoints;
     plan.options.compact_error = std::clamp(part * target, kMinCompact, kMaxCompact);
     plan.regions = request_.regions;
     if (!plan.regions.empty())

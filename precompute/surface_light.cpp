@@ -41,19 +41,25 @@ std::vector<Features> features(const radiosity::PatchSet& set, const std::vector
   return list;
 }
 
+/// What the probes get of a patch's light, as far as it is known before: A rho W.
+double power_of(const radiosity::Patch& p) {
+  return p.area_m2 * static_cast<double>((p.reflectance.r + p.reflectance.g + p.reflectance.b) / 3.0f * p.worth());
+}
+
 struct Group {
-  double extent = 0; ///< longest side, less where the light hardly matters: times W^(1/2), W the largest importance
+  double extent = 0;     ///< longest side
+  double distortion = 0; ///< what its mean may be off by: extent^2 sum of A rho W (Gersho 1979: equal in all is best)
   int axis = 0;
   std::size_t begin = 0, end = 0;
   bool operator<(const Group& other) const { // ties must not depend on the heap
-    return extent != other.extent ? extent < other.extent : begin > other.begin;
+    return distortion != other.distortion ? distortion < other.distortion : begin > other.begin;
   }
 };
 
 /// Longest side of the box around the features of some patches, and its axis.
-Group measured(const std::vector<Features>& at, const std::vector<double>& importance,
+Group measured(const std::vector<Features>& at, const std::vector<double>& power,
                const std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) {
-  Group g{-1, 0, begin, end};
+  Group g{-1, 0, 0, begin, end};
   for (int axis = 0; axis < 9; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     double low = at[order[begin]][a], high = low;
@@ -66,26 +72,27 @@ Group measured(const std::vector<Features>& at, const std::vector<double>& impor
       g.axis = axis;
     }
   }
-  double most = 0;
+  double sum = 0;
   for (std::size_t k = begin; k < end; ++k)
-    most = std::max(most, importance[order[k]]);
-  g.extent *= std::sqrt(most);
+    sum += power[order[k]];
+  g.distortion = g.extent * g.extent * sum;
   return g;
 }
 
-/// Splits the longest group in half until there are enough. Cluster of each patch; -1 of those that are not `lit`.
+/// Splits the group of the largest distortion in half until there are enough. Cluster of each patch; -1 of those that
+/// are not `lit`.
 std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const std::vector<std::uint32_t>& lit,
                                         std::size_t most, std::size_t& count) {
   const std::vector<Features> at = features(set, lit);
-  std::vector<double> importance;
+  std::vector<double> power;
   for (const std::uint32_t i : lit)
-    importance.push_back(static_cast<double>(set.patches[i].worth()));
+    power.push_back(power_of(set.patches[i]));
   std::vector<std::uint32_t> order(lit.size());
   std::iota(order.begin(), order.end(), 0u);
   std::priority_queue<Group> groups;
   std::vector<Group> done;
   if (!order.empty())
-    groups.push(measured(at, importance, order, 0, order.size()));
+    groups.push(measured(at, power, order, 0, order.size()));
   while (!groups.empty() && groups.size() + done.size() < most) {
     const Group g = groups.top();
     groups.pop();
@@ -99,8 +106,8 @@ std::vector<std::int32_t> find_clusters(const radiosity::PatchSet& set, const st
               [&](std::uint32_t a, std::uint32_t b) {
                 return at[a][axis] != at[b][axis] ? at[a][axis] < at[b][axis] : a < b;
               });
-    groups.push(measured(at, importance, order, g.begin, middle));
-    groups.push(measured(at, importance, order, middle, g.end));
+    groups.push(measured(at, power, order, g.begin, middle));
+    groups.push(measured(at, power, order, middle, g.end));
   }
   for (; !groups.empty(); groups.pop())
     done.push_back(groups.top());

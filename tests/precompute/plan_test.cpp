@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -37,11 +38,19 @@ TEST(Plan, order_four_is_taken_where_nine_coefficients_leave_much) {
   EXPECT_EQ(order(), ShOrder::second);
 }
 
+/// The invented room with facets of furniture, beside as many others.
+CalibrationBake furnished_room(double mesh_error, double grid_error, double grid_sun, std::size_t of_furniture) {
+  CalibrationBake calibration = invented_room(mesh_error, grid_error, grid_sun);
+  calibration.fixed_facets = of_furniture;
+  calibration.fine.facets += of_furniture;
+  return calibration;
+}
+
 TEST(Plan, smaller_target_never_gives_less_of_anything) {
   for (const double mesh : {0.003, 0.03, 0.12})
-    for (const double grid : {0.01, 0.04})
-      for (const double sun : {0.0, 0.1}) {
-        const CalibrationBake calibration = invented_room(mesh, grid, sun);
+    for (const auto& [grid, sun] : {std::pair{0.01, 0.0}, {0.01, 0.1}, {0.04, 0.0}, {0.04, 0.1}})
+      for (const std::size_t of_furniture : {0, 3000, 10000}) {
+        const CalibrationBake calibration = furnished_room(mesh, grid, sun, of_furniture);
         PlanRequest request;
         Result<Plan> before = make_plan(calibration, request);
         ASSERT_TRUE(before) << before.error().message();
@@ -54,6 +63,7 @@ TEST(Plan, smaller_target_never_gives_less_of_anything) {
             EXPECT_GE(plan->options.visibility_rays, before->options.visibility_rays);
             EXPECT_GE(plan->options.gather_rays, before->options.gather_rays);
             EXPECT_LE(plan->options.compact_error, before->options.compact_error);
+            EXPECT_GE(plan->options.clusters, before->options.clusters);
             EXPECT_GE(nodes_of(*plan), nodes_of(*before));
             EXPECT_GE(plan->options.sh_order, before->options.sh_order);
             EXPECT_GE(plan->predicted.seconds, before->predicted.seconds);
@@ -122,6 +132,24 @@ TEST(Plan, one_place_sees_a_room_and_a_part_of_several_whose_factors_err_less) {
   EXPECT_LT(error_at(four), 0.6 * of_one);
   EXPECT_EQ(error_at(four, 1), of_one) << "probes in one room of four";
   EXPECT_NEAR(error_at(0.02), 0.4 * of_one, 0.01 * of_one) << "a large building";
+}
+
+TEST(Plan, beside_much_furniture_probes_are_closer_and_its_facets_share_clusters) {
+  PlanRequest request;
+  request.max_error = 0.04;
+  const auto plan_with = [&](std::size_t of_furniture) {
+    return make_plan(furnished_room(0.03, 0.04, 0.1, of_furniture), request)->options;
+  };
+  const BakeOptions bare = plan_with(0), some = plan_with(static_cast<std::size_t>(bare.target_facets)),
+                    much = plan_with(10000);
+  ASSERT_EQ(some.target_facets, bare.target_facets);
+  ASSERT_EQ(much.target_facets, bare.target_facets);
+  EXPECT_EQ(some.spacing_m, bare.spacing_m);
+  EXPECT_EQ(some.compact_error, bare.compact_error);
+  EXPECT_LT(much.spacing_m, 0.9 * bare.spacing_m);
+  EXPECT_LT(much.compact_error, 0.7 * bare.compact_error);
+  EXPECT_LT(much.clusters, 0.1 * 10000);
+  EXPECT_GE(much.clusters, bare.clusters);
 }
 
 TEST(Plan, edges_are_no_longer_than_a_rooms_walls_are_high) {

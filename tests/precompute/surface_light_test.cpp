@@ -1,6 +1,9 @@
 // Further bounces solved for clusters of patches: what they bring to the probes.
 
 #include <cmath>
+#include <numbers>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -34,15 +37,17 @@ double product(const std::vector<float>& a, const std::vector<float>& b) {
   return sum;
 }
 
+constexpr float kReflectance = 0.7f;
+
 /// A grey room, all of whose elements are lit: its patches, where no other count is asked for.
 struct Lit {
-  Room room = bench::room_with_window_hole(kReflectance);
+  Room room;
   detail::Problem problem;
   detail::LightElements elements;
   radiosity::ExchangeMatrix exchange;
-  static constexpr float kReflectance = 0.7f;
 
-  explicit Lit(std::size_t count = 0) {
+  explicit Lit(std::size_t count = 0, Room lit_room = bench::room_with_window_hole(kReflectance))
+      : room(std::move(lit_room)) {
     BakeOptions options;
     options.target_facets = 300;
     options.spacing_m = 1.0;
@@ -81,7 +86,7 @@ TEST(SurfaceLight, clusters_bring_each_group_of_probes_and_all_together_exactly_
   for (const std::vector<float>& of_group : w) {
     h.push_back(lit.adjoint(of_group));
     for (std::size_t p = 0; p < lit.patches(); ++p) // h = A r + w reflectance: what is reflected once comes by itself
-      probes.further.push_back((h.back()[p] - of_group[p] * Lit::kReflectance) /
+      probes.further.push_back((h.back()[p] - of_group[p] * kReflectance) /
                                static_cast<float>(lit.problem.patches.patches[p].area_m2));
   }
   const SurfaceLight light = lit.in_clusters(probes, 6);
@@ -110,6 +115,35 @@ TEST(SurfaceLight, a_room_that_sends_nothing_to_any_probe_has_clusters_with_mean
     sum[light.cluster[s]] += static_cast<double>(light.cluster_fraction[s]);
   for (const double of_cluster : sum)
     EXPECT_NEAR(of_cluster, 1.0, 1e-5);
+}
+
+/// A ball of 32 triangles, 10 cm wide, in the middle of the room.
+Room with_ball() {
+  Room room = bench::room_with_window_hole(kReflectance);
+  const auto at = [](int i, int j) {
+    const double a = 2.0 * std::numbers::pi * i / 8, b = std::numbers::pi * (j / 3.0 - 0.5);
+    return glm::dvec3(2.0, 2.5, 1.2) +
+           0.05 * glm::dvec3(std::cos(a) * std::cos(b), std::sin(a) * std::cos(b), std::sin(b));
+  };
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 3; ++j)
+      bench::add_quad(room, at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+  return room;
+}
+
+TEST(SurfaceLight, the_walls_have_as_many_clusters_as_without_small_furniture) {
+  const Lit lit(0, with_ball());
+  const ProbeSight probes{std::vector<std::uint8_t>(lit.patches(), 1), std::vector<float>(lit.patches(), 1.0f)};
+  const SurfaceLight light = lit.in_clusters(probes, 60);
+  std::set<std::uint32_t> of_walls;
+  std::size_t of_ball = 0;
+  for (std::size_t s = 0; s < light.source.size(); ++s)
+    if (lit.problem.patches.patches[light.parent[light.source[s]]].area_m2 < 0.005)
+      ++of_ball;
+    else
+      of_walls.insert(light.cluster[s]);
+  EXPECT_GE(of_ball, 32u);
+  EXPECT_GE(of_walls.size(), 55u);
 }
 
 /// w . b(E) = w_E . E, where each element counts by itself.
