@@ -100,8 +100,7 @@ private:
   /// wanted. Probes and factors then cost little, so they take less of it.
   double beside_furniture(const BakeOptions& options) const {
     const double fixed = static_cast<double>(calibration_.fixed_facets);
-    return std::sqrt(std::clamp(kFixedPerFacet * facets_of(options) / std::max(fixed, 1.0),
-                                kBesideFurniture * kBesideFurniture, 1.0));
+    return std::clamp(std::sqrt(kFixedPerFacet * facets_of(options) / std::max(fixed, 1.0)), kBesideFurniture, 1.0);
   }
 
   /// n = 512 (2 % / target), at least 0.4 of the facets: in a building every room needs its own. Furniture's are small,

@@ -47,7 +47,6 @@ double power_of(const radiosity::Patch& p) {
 }
 
 struct Group {
-  double extent = 0;     ///< longest side
   double distortion = 0; ///< what its mean may be off by: extent^2 sum of A rho W (Gersho 1979: equal in all is best)
   int axis = 0;
   std::size_t begin = 0, end = 0;
@@ -59,7 +58,8 @@ struct Group {
 /// Longest side of the box around the features of some patches, and its axis.
 Group measured(const std::vector<Features>& at, const std::vector<double>& power,
                const std::vector<std::uint32_t>& order, std::size_t begin, std::size_t end) {
-  Group g{-1, 0, 0, begin, end};
+  Group g{0, 0, begin, end};
+  double extent = -1;
   for (int axis = 0; axis < 9; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     double low = at[order[begin]][a], high = low;
@@ -67,15 +67,15 @@ Group measured(const std::vector<Features>& at, const std::vector<double>& power
       low = std::min(low, at[order[k]][a]);
       high = std::max(high, at[order[k]][a]);
     }
-    if (high - low > g.extent) {
-      g.extent = high - low;
+    if (high - low > extent) {
+      extent = high - low;
       g.axis = axis;
     }
   }
   double sum = 0;
   for (std::size_t k = begin; k < end; ++k)
     sum += power[order[k]];
-  g.distortion = g.extent * g.extent * sum;
+  g.distortion = extent * extent * sum;
   return g;
 }
 
