@@ -171,7 +171,7 @@ Result<ReferenceLight> trace_reference(const Room& room, const std::vector<Apert
 }
 
 Result<LightError> light_error(const BasisVolume& volume, const BenchSky& sky, const ReferenceLight& reference) {
-  const auto scene = RayScene::build(volume.room);
+  const auto scene = rays_of_light(volume);
   if (!scene)
     return scene.error();
   const auto indirect = IndirectLight::make(volume, *scene, sky.sky);

@@ -137,7 +137,7 @@ Result<Json> measure_case(const RoomCase& one, const RealRoom& room, const Measu
   const auto volume = read_volume(path);
   if (!volume)
     return volume.error();
-  const auto scene = RayScene::build(volume->room);
+  const auto scene = rays_of_light(*volume);
   if (!scene)
     return scene.error();
   const auto lights = lights_under(*truth, *volume, *scene);

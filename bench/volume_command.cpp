@@ -106,7 +106,7 @@ Result<Json> measure(const Arguments& a, const BasisVolume& volume, const Progre
   const auto truth = room_truth(file, points, a.settings, a.truth, progress);
   if (!truth)
     return truth.error();
-  const auto scene = RayScene::build(volume.room);
+  const auto scene = rays_of_light(volume);
   if (!scene)
     return scene.error();
   const auto lights = lights_under(*truth, volume, *scene);

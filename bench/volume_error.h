@@ -14,7 +14,7 @@
 
 namespace daylit::bench {
 
-/// The volume's light under the skies of the truth; `scene`, of the volume's room, must outlive it. Errors of
+/// The volume's light under the skies of the truth; `scene`, its rays_of_light(), must outlive it. Errors of
 /// IndirectLight::make().
 Result<std::vector<IndirectLight>> lights_under(const std::vector<RoomTruth>& truth, const BasisVolume& volume,
                                                 const RayScene& scene);

@@ -233,6 +233,7 @@ Result<void> run(const Arguments& a) {
                                        : bake_as_planned(a, *request, *model, std::move(*plan), **checkpoint, progress);
   if (!baked)
     return baked.error();
+  baked->volume.simplified = precompute::simplified_surfaces(*model, *room);
   baked->volume.room = std::move(room->room);
   baked->volume.provenance = {DAYLIT_VERSION, command_line, a.room.filename().string(), room->content_hash,
                               baked->stored_report};

@@ -209,7 +209,10 @@ Result<void> run(const Arguments& a) {
   const Result<Sky> sky = read_sky(a);
   if (!sky)
     return sky.error();
-  Result<IndirectLight> indirect = IndirectLight::make(*volume, *scene, *sky);
+  const Result<RayScene> surfaces = rays_of_light(*volume);
+  if (!surfaces)
+    return surfaces.error();
+  Result<IndirectLight> indirect = IndirectLight::make(*volume, *surfaces, *sky);
   if (!indirect)
     return indirect.error();
   Probe probe{std::move(*indirect), *volume, *scene};

@@ -64,6 +64,12 @@ struct Side {
   int side; ///< 0 front, 1 back
 };
 
+/// A side and the point of it that a ray meets.
+struct Meeting {
+  Side side;
+  glm::dvec3 point;
+};
+
 /// Where a ray starts or ends, how far away a witness may stand, and the facet that it stands on; in the air there is
 /// none, and it stands across the ray.
 struct RayEnd {
@@ -88,8 +94,7 @@ struct RayEnd {
 class SideSearch {
 public:
   SideSearch(const SurfaceMesh& mesh, const RayScene& scene)
-      : mesh_(mesh), scene_(scene), near_(mesh), offset_m_(scene.surface_offset()),
-        reached_(mesh.facets.size(), {false, false}) {}
+      : mesh_(mesh), scene_(scene), near_(mesh), offset_m_(scene.surface_offset()), reached_(mesh.facets.size()) {}
 
   double offset_m() const { return offset_m_; }
 
@@ -105,9 +110,8 @@ public:
   /// Nothing but reached sides is seen from a point of the air, as far as a few rays tell.
   bool familiar(const glm::dvec3& point, std::uint64_t seed) const {
     for (std::uint32_t k = 0; k < kGreetingRays; ++k) {
-      double distance = 0.0;
-      const auto met = meets(point, sphere_direction(r2_point(k, random_shift(seed))), distance);
-      if (met && !reached_[met->facet][met->side])
+      const auto met = meets(point, sphere_direction(r2_point(k, random_shift(seed))));
+      if (met && !reached(met->side))
         return false;
     }
     return true;
@@ -118,14 +122,13 @@ public:
     do {
       while (!frontier_.empty()) {
         const std::vector<Side> from = std::exchange(frontier_, {});
-        std::vector<std::array<std::optional<Side>, kSideRays>> found(from.size());
+        std::vector<std::array<std::optional<Meeting>, kSideRays>> found(from.size());
         parallel_for(std::size_t{0}, from.size(), [&](std::size_t i) {
           for (std::uint32_t k = 0; k < kSideRays; ++k)
-            found[i][k] = new_side(end_on(from[i], centroid(mesh_.facets[from[i].facet])), away(from[i], k),
-                                   ray_seed(from[i], k));
+            found[i][k] = new_side(end_on(from[i], lit_point(from[i])), away(from[i], k), ray_seed(from[i], k));
         });
         for (const auto& rays : found)
-          for (const std::optional<Side>& met : rays)
+          for (const std::optional<Meeting>& met : rays)
             if (met)
               mark(*met);
       }
@@ -133,7 +136,7 @@ public:
     } while (!frontier_.empty());
   }
 
-  bool reached(std::uint32_t facet, int side) const { return reached_[facet][side]; }
+  bool reached(const Side& s) const { return reached_[s.facet][s.side].has_value(); }
 
 private:
   glm::dvec3 outward(const Side& s) const {
@@ -153,20 +156,21 @@ private:
     return mix_bits(2ull * s.facet + static_cast<std::uint64_t>(s.side)) + k;
   }
 
+  const glm::dvec3& lit_point(const Side& s) const { return *reached_[s.facet][s.side]; }
+
   /// Side of the first facet on the ray; nothing when the ray leaves.
-  std::optional<Side> meets(const glm::dvec3& from, const glm::dvec3& direction, double& distance) const {
+  std::optional<Meeting> meets(const glm::dvec3& from, const glm::dvec3& direction) const {
     RayHit hit;
     const glm::vec3 d(direction);
     if (!scene_.closest(scene_.to_local(from), d, 0.0f, std::numeric_limits<float>::infinity(), hit))
       return std::nullopt;
-    distance = static_cast<double>(hit.distance);
-    return Side{hit.triangle, glm::dot(glm::dvec3(d), mesh_.facets[hit.triangle].normal) < 0.0 ? 0 : 1};
+    return Meeting{{hit.triangle, glm::dot(glm::dvec3(d), mesh_.facets[hit.triangle].normal) < 0.0 ? 0 : 1},
+                   from + static_cast<double>(hit.distance) * direction};
   }
 
-  std::optional<Side> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
-    double distance = 0.0;
-    const auto met = meets(from.point, d, distance);
-    if (!met || reached_[met->facet][met->side] || !witnessed(from, end_on(*met, from.point + distance * d), seed))
+  std::optional<Meeting> new_side(const RayEnd& from, const glm::dvec3& d, std::uint64_t seed) const {
+    const auto met = meets(from.point, d);
+    if (!met || reached(met->side) || !witnessed(from, end_on(met->side, met->point), seed))
       return std::nullopt;
     return met;
   }
@@ -181,74 +185,92 @@ private:
     return seen >= kWitnessesNeeded;
   }
 
-  void mark(const Side& s) {
-    if (!std::exchange(reached_[s.facet][s.side], true) && !thin(s.facet))
-      frontier_.push_back(s);
+  void mark(const Meeting& met) {
+    if (reached(met.side))
+      return;
+    reached_[met.side.facet][met.side.side] = met.point;
+    if (!thin(met.side.facet))
+      frontier_.push_back(met.side);
   }
 
   bool thin(std::uint32_t facet) const { return height_m(mesh_.facets[facet]) < kThin * offset_m_; }
   /// Others may be lit by it.
-  bool passes_on(const Side& s) const { return reached_[s.facet][s.side] && !thin(s.facet); }
+  bool passes_on(const Side& s) const { return reached(s) && !thin(s.facet); }
+  /// Nothing on a reached side divides a point from the one that is known to be lit: of two cushions that lie in each
+  /// other every facet across the seam has a part in the dark.
+  bool in_the_light(const Meeting& met) const {
+    return std::ranges::none_of(std::array{kRaised, kBesideAtLeast}, [&](double raised) {
+      const glm::dvec3 from = lit_point(met.side) + raised * offset_m_ * outward(met.side);
+      return scene_.occluded(scene_.to_local(from), glm::vec3(met.point - lit_point(met.side)), 0.0f, 1.0f);
+    });
+  }
 
   /// Few rays find small facets: those not found look for a reached side themselves. One that sees nothing but sky
   /// sends nothing into the room.
   void second_look() {
-    std::vector<std::array<char, 2>> lit(mesh_.facets.size(), {0, 0});
+    std::vector<std::array<std::optional<glm::dvec3>, 2>> lit(mesh_.facets.size());
     parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(mesh_.facets.size()), [&](std::uint32_t i) {
       for (int side = 0; side < 2; ++side)
-        lit[i][side] = !reached_[i][side] && (sees_light({i, side}) || sees_neighbour({i, side}));
+        if (!reached({i, side}))
+          lit[i][side] = sees_light({i, side}) ? centroid(mesh_.facets[i]) : sees_neighbour({i, side});
     });
     for (std::uint32_t i = 0; i < mesh_.facets.size(); ++i)
       for (int side = 0; side < 2; ++side)
         if (lit[i][side])
-          mark({i, side});
+          mark({{i, side}, *lit[i][side]});
   }
 
   bool sees_light(const Side& s) const {
     const RayEnd from = end_on(s, centroid(mesh_.facets[s.facet]));
     bool outdoors = true;
     for (std::uint32_t k = 0; k < kSecondLookRays && (k < kOutdoorRays || !outdoors); ++k) {
-      const glm::dvec3 d = away(s, k);
-      double distance = 0.0;
-      const auto met = meets(from.point, d, distance);
+      const auto met = meets(from.point, away(s, k));
       outdoors = outdoors && !met;
-      if (met && passes_on(*met) && witnessed(from, end_on(*met, from.point + distance * d), ray_seed(s, k)))
+      if (met && passes_on(met->side) && in_the_light(*met) &&
+          witnessed(from, end_on(met->side, met->point), ray_seed(s, k)))
         return true;
     }
     return false;
   }
 
-  /// A reached side close by sees this one, though hardly a ray from its middle arrives there: a gap much narrower
-  /// than its facets.
-  bool sees_neighbour(const Side& s) const {
-    bool found = false;
+  /// The point of this side that a reached one close by sees, though hardly a ray from its middle arrives there: a gap
+  /// much narrower than its facets.
+  std::optional<glm::dvec3> sees_neighbour(const Side& s) const {
+    std::optional<glm::dvec3> found;
     near_.visit(s.facet, kJoinReach * longest_edge_m(mesh_.facets[s.facet]), [&](std::uint32_t facet) {
       for (int side = 0; side < 2 && !found; ++side)
-        found = passes_on({facet, side}) && joined(s, {facet, side});
+        if (passes_on({facet, side}))
+          found = joined(s, {facet, side});
       return !found;
     });
     return found;
   }
 
-  bool joined(const Side& s, const Side& t) const {
+  std::optional<glm::dvec3> joined(const Side& s, const Side& t) const {
     const Facet &p = mesh_.facets[s.facet], &q = mesh_.facets[t.facet];
     const double least_m = kJoinHeight * offset_m_;
     const SmallPolygon from = part_above(p, q.corner[0], outward(t), least_m);
     const SmallPolygon to = from.size < 3 ? from : part_above(q, p.corner[0], outward(s), least_m);
     int seen = 0;
+    glm::dvec3 point(0.0);
     for (std::uint32_t k = 0; k < kJoins && to.size >= 3 && seen < kJoinsNeeded; ++k) {
-      const RayEnd start = end_on(s, on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.facet)))));
-      const RayEnd end = end_on(t, on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.facet)))));
-      seen += scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) ? 0 : 1;
+      point = on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.facet))));
+      const glm::dvec3 other = on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.facet))));
+      const RayEnd start = end_on(s, point), end = end_on(t, other);
+      const bool found =
+          !scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) &&
+          in_the_light({t, other}) && witnessed(start, end, ray_seed(s, t.facet + k));
+      seen += found ? 1 : 0;
     }
-    return seen >= kJoinsNeeded;
+    return seen >= kJoinsNeeded ? std::optional(point) : std::nullopt;
   }
 
   const SurfaceMesh& mesh_;
   const RayScene& scene_;
   NearFacets near_;
   double offset_m_;
-  std::vector<std::array<bool, 2>> reached_;
+  /// A point of every reached side, where light arrives.
+  std::vector<std::array<std::optional<glm::dvec3>, 2>> reached_;
   std::vector<Side> frontier_;
 };
 
@@ -318,11 +340,11 @@ PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene&
   for (std::uint32_t i = 0; i < mesh.facets.size(); ++i) {
     const Facet& p = mesh.facets[i];
     for (int side = 0; side < 2; ++side) {
-      if (!light.reached(i, side)) {
+      if (!light.reached({i, side})) {
         ++set.sides_skipped;
         continue;
       }
-      if (!receivers.empty() && !receiving.reached(i, side)) {
+      if (!receivers.empty() && !receiving.reached({i, side})) {
         ++set.sides_without_path;
         continue;
       }

@@ -45,11 +45,12 @@ struct PatchSet {
 /// Ray scene over the facets themselves; hits report facet indices. Coordinates as in the mesh.
 Result<RayScene> facet_scene(const SurfaceMesh& mesh);
 
-/// Follows light from just inside the apertures: a facet side is kept when rays from the air or from a kept side meet
-/// it, and rays beside them too (cracks one rounding wide lead nowhere). A side that was not
-/// met looks for a kept one itself before it is given up, so that a small facet is not lost; what lies under furniture
-/// or outdoors is. The result does not depend on the number of threads. `receivers` (mesh frame): when there are any,
-/// only sides from which light can also get to one of them are kept.
+/// Follows light from just inside the apertures: a facet side is kept when rays meet it from the air, or from a point
+/// of a kept side at which light arrives, and rays beside them too (cracks one rounding wide lead nowhere). A side that
+/// was not met looks for a kept one itself before it is given up, so that a small facet is not lost; what lies under
+/// furniture, inside cushions that lie in each other or outdoors is. The result does not depend on the number of
+/// threads. `receivers` (mesh frame): when there are any, only sides from which light can also get to one of them are
+/// kept.
 PatchSet find_patches(const Room& room, const SurfaceMesh& mesh, const RayScene& scene,
                       const std::vector<Aperture>& apertures, std::span<const glm::dvec3> receivers = {});
 

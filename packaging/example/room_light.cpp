@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "scene/room/ray_scene.h"
 #include "scene/sky/sky.h"
 #include "scene/volume/indirect_light.h"
 #include "scene/volume/volume_file.h"
@@ -28,7 +27,7 @@ int main(int argc, char** argv) {
   const auto opened = daylit::open_sky({.file = argv[2]});
   if (!opened)
     return fail(opened.error());
-  const auto surfaces = daylit::RayScene::build(volume->room);
+  const auto surfaces = daylit::rays_of_light(*volume);
   if (!surfaces)
     return fail(surfaces.error());
   // The radiance L_i of each sky region, sum of L_i L_lm^(i) at the probes, interpolated; and the surfaces near by.

@@ -21,7 +21,8 @@ namespace daylit {
 
 class NearSunlight {
 public:
-  /// Keeps references. A volume that does not name its elements is not corrected.
+  /// Keeps references; `rays`: rays_of_light() of the volume. A volume that does not name its elements is not
+  /// corrected.
   NearSunlight(const BasisVolume& volume, const RayScene& rays, const ApertureCrossings& windows);
 
   /// The volume names its elements.

@@ -21,9 +21,10 @@ std::vector<PlacedPart> placed_parts(const VirtualObjects& objects) {
 
 } // namespace
 
-LoadedRoom::LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow)
-    : volume(std::move(v)), sampler(std::move(s)), rays(std::move(r)), light(volume.room, rays, sampler),
-      windows(volume.apertures), mirror(std::move(m)) {
+LoadedRoom::LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RayScene of_light, RoomMirror m,
+                       bool with_indirect_shadow)
+    : volume(std::move(v)), sampler(std::move(s)), rays(std::move(r)), rays_of_light(std::move(of_light)),
+      light(volume.room, rays, sampler), windows(volume.apertures), mirror(std::move(m)) {
   if (with_indirect_shadow)
     indirect_shadow.emplace(volume.room, rays, volume.apertures, light);
 }
@@ -38,11 +39,14 @@ Result<std::unique_ptr<LoadedRoom>> load_room(const RunConfig& config) {
   auto rays = RayScene::build(volume->room);
   if (!rays)
     return rays.error();
+  auto of_light = rays_of_light(*volume);
+  if (!of_light)
+    return of_light.error();
   auto mirror = RoomMirror::make(volume->room, config.glossy_room);
   if (!mirror)
     return mirror.error();
-  return std::make_unique<LoadedRoom>(std::move(*volume), std::move(*sampler), std::move(*rays), std::move(*mirror),
-                                      config.indirect_shadow);
+  return std::make_unique<LoadedRoom>(std::move(*volume), std::move(*sampler), std::move(*rays), std::move(*of_light),
+                                      std::move(*mirror), config.indirect_shadow);
 }
 
 namespace {

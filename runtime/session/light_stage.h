@@ -23,14 +23,15 @@ namespace daylit {
 struct LoadedRoom {
   BasisVolume volume;
   LightFieldSampler sampler;
-  RayScene rays;
+  RayScene rays, rays_of_light;
   RoomLight light;
   std::optional<IndirectShadow> indirect_shadow; ///< empty: not drawn
   ApertureCrossings windows;
   WindowVisibility window_visibility{rays, volume.apertures};
   RoomMirror mirror;
 
-  LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RoomMirror m, bool with_indirect_shadow);
+  LoadedRoom(BasisVolume v, LightFieldSampler s, RayScene r, RayScene of_light, RoomMirror m,
+             bool with_indirect_shadow);
   LoadedRoom(const LoadedRoom&) = delete;
   LoadedRoom& operator=(const LoadedRoom&) = delete;
 };
@@ -59,7 +60,7 @@ struct ObjectsProbes {
 class LightStage {
 public:
   /// `room` must outlive it.
-  explicit LightStage(LoadedRoom& room) : room_(room), near_sun_(room.volume, room.rays, room.windows) {}
+  explicit LightStage(LoadedRoom& room) : room_(room), near_sun_(room.volume, room.rays_of_light, room.windows) {}
 
   /// Fills times and what was reused of samples and probes.
   void update(const SkyStage& sky, const Versioned<VirtualObjects>& objects, int samples, FrameReport& report);

@@ -84,6 +84,12 @@ Element element_of(const std::array<glm::vec3, 3>& corner, const glm::dvec3& ori
 
 } // namespace
 
+Result<RayScene> rays_of_light(const BasisVolume& volume) {
+  const ReflectingSurfaces& simplified = volume.simplified;
+  return simplified.triangles.empty() ? RayScene::build(volume.room)
+                                      : RayScene::build(simplified.vertices, simplified.triangles);
+}
+
 std::optional<FirstReflection> FirstReflection::make(const BasisVolume& volume, const RayScene& scene) {
   const auto interpolated = interpolated_probes(volume.probes);
   if (!volume.compact || volume.elements.corner.empty() || !interpolated)

@@ -20,6 +20,10 @@
 
 namespace daylit {
 
+/// Rays on the surfaces between which the light of a volume was exchanged: its elements lie on these, which may be a
+/// finger's breadth off those of its room. Errors of RayScene::build().
+Result<RayScene> rays_of_light(const BasisVolume& volume);
+
 class FirstReflection {
 public:
   using Triangle = std::array<glm::dvec3, 3>;
@@ -33,8 +37,8 @@ public:
     Rgb reflectance{0.0f};
   };
 
-  /// Empty: the volume does not name its elements. Copies what it needs, but for `scene`: the reflecting surfaces of
-  /// the volume's room.
+  /// Empty: the volume does not name its elements. Copies what it needs, but for `scene`: rays_of_light() of the
+  /// volume.
   static std::optional<FirstReflection> make(const BasisVolume& volume, const RayScene& scene);
 
   const std::vector<Element>& elements() const { return element_; }

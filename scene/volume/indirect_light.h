@@ -16,8 +16,7 @@ namespace daylit {
 
 class IndirectLight {
 public:
-  /// Keeps references: volume and `scene`, the reflecting surfaces of its room, must outlive it. Errors of
-  /// LightFieldSampler.
+  /// Keeps references: volume and `scene`, its rays_of_light(), must outlive it. Errors of LightFieldSampler.
   static Result<IndirectLight> make(const BasisVolume& volume, const RayScene& scene, const Sky& sky);
 
   /// Empty where the volume has no light field. Thread-safe.

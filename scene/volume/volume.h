@@ -53,6 +53,12 @@ struct SourceElements {
   std::vector<Rgb> reflectance;
 };
 
+/// World metres; panes are none.
+struct ReflectingSurfaces {
+  std::vector<glm::dvec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+};
+
 struct BasisVolume {
   SkyPartition partition;
   ProbeSet probes;
@@ -65,8 +71,10 @@ struct BasisVolume {
   /// Not null: the basis of a partition of nodes (SkyPartition::fine) in factors; then stored_region and basis are
   /// empty.
   std::shared_ptr<const CompactBasis> compact;
-  SourceElements elements = {};    ///< of `compact`
-  Room room;                       ///< world metres, windows included
+  SourceElements elements = {}; ///< of `compact`
+  Room room;                    ///< world metres, windows included
+  /// Between which light was exchanged instead of those of `room`, which are too many; empty: it was between those.
+  ReflectingSurfaces simplified = {};
   std::vector<Aperture> apertures; ///< windows and holes
   VolumeProvenance provenance;
 

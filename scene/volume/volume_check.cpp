@@ -103,6 +103,16 @@ Result<void> check_rows(const BasisVolume& volume) {
   return {};
 }
 
+Result<void> check_simplified(const ReflectingSurfaces& surfaces) {
+  if (!all_bounded(surfaces.vertices))
+    return broken("a vertex of the simplified room is not finite");
+  for (const auto& corners : surfaces.triangles)
+    for (const std::uint32_t v : corners)
+      if (v >= surfaces.vertices.size())
+        return broken("a simplified triangle names a vertex that does not exist");
+  return {};
+}
+
 /// Indices of vertices and materials exist; reflectance and transmittance are in 0..1, indices of glass 0 or physical.
 Result<void> check_room(const Room& room) {
   if (!all_bounded(room.vertices))
@@ -140,6 +150,8 @@ Result<void> check_volume(const BasisVolume& volume) {
   if (Result<void> good = check_rows(volume); !good)
     return good;
   if (Result<void> good = check_room(volume.room); !good)
+    return good;
+  if (Result<void> good = check_simplified(volume.simplified); !good)
     return good;
   return check_apertures(volume.apertures);
 }

@@ -55,6 +55,8 @@ void visit_common_tensors(Volume& volume, Flat& flat, Visit& visit) {
   visit("room.vertex", "F64", {3}, volume.room.vertices, always);
   visit("room.triangle", "U32", {3}, flat.triangle, always);
   visit("room.triangle_material", "U32", {}, flat.triangle_material, always);
+  visit("simplified.vertex", "F64", {3}, volume.simplified.vertices, optional);
+  visit("simplified.triangle", "U32", {3}, volume.simplified.triangles, optional);
   visit("material.reflectance", "F32", {3}, flat.reflectance, always);
   visit("material.transmittance", "F32", {3}, flat.transmittance, always);
   visit("material.is_window", "U8", {}, flat.is_window, always);

@@ -54,6 +54,7 @@ TEST(TransportModel, of_few_faces_is_the_model) {
   EXPECT_EQ(model->room.vertices, file.room.vertices);
   EXPECT_EQ(model->room.triangles.size(), file.room.triangles.size());
   EXPECT_TRUE(file.report.notes.empty());
+  EXPECT_TRUE(simplified_surfaces(*model, file).triangles.empty());
 }
 
 TEST(TransportModel, of_many_faces_keeps_walls_windows_and_the_area_of_each_material) {
@@ -84,6 +85,40 @@ TEST(TransportModel, of_many_faces_keeps_walls_windows_and_the_area_of_each_mate
   EXPECT_NEAR(openings->report.unexplained_escape, 0.0, 1e-9) << "no joint opened";
   ASSERT_EQ(file.report.notes.size(), 1u);
   EXPECT_NE(file.report.notes[0].find(std::to_string(given) + " triangles"), std::string::npos);
+}
+
+TEST(TransportModel, surfaces_of_it_are_all_but_the_panes) {
+  RoomFile file = with_spheres(100);
+  const auto model = transport_model(file);
+  ASSERT_TRUE(model) << model.error().message();
+  const ReflectingSurfaces surfaces = simplified_surfaces(*model, file);
+  EXPECT_EQ(surfaces.triangles.size(), model->room.triangles.size() - 2);
+  EXPECT_LT(surfaces.vertices.size(), surfaces.triangles.size()) << "none that no triangle has";
+  double area = 0, wanted = 0;
+  for (const auto& t : surfaces.triangles)
+    area += 0.5 * glm::length(glm::cross(surfaces.vertices[t[1]] - surfaces.vertices[t[0]],
+                                         surfaces.vertices[t[2]] - surfaces.vertices[t[0]]));
+  for (const auto& [name, of_one] : areas(model->room))
+    wanted += name == "window" ? 0.0 : of_one;
+  EXPECT_NEAR(area, wanted, 1e-9);
+}
+
+TEST(TransportModel, seams_that_gape_by_a_rounding_are_closed) {
+  RoomFile file = with_spheres(100);
+  const Room given = file.room;
+  for (std::size_t v = 0; v < given.vertices.size(); ++v) // corners of one place, each moved another way
+    if (given.vertices[v].z > 0.01 && given.vertices[v].z < 2.9)
+      file.room.vertices[v] += 2e-5 * glm::dvec3(v % 3 == 0, v % 3 == 1, v % 3 == 2);
+  const auto model = transport_model(file);
+  ASSERT_TRUE(model) << model.error().message();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges; // of the spheres: each belongs to two triangles
+  for (const RoomTriangle& t : model->room.triangles)
+    if (model->room.material(t).name == "red" || model->room.material(t).name == "blue")
+      for (std::size_t k = 0; k < 3; ++k)
+        ++edges[std::minmax(t.vertex[k], t.vertex[(k + 1) % 3])];
+  ASSERT_GT(edges.size(), 1000u);
+  for (const auto& [edge, count] : edges)
+    EXPECT_EQ(count, 2);
 }
 
 TEST(TransportModel, of_leaves_that_cannot_be_fewer_is_refused) {

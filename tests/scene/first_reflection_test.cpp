@@ -133,6 +133,22 @@ TEST(FirstReflection, radiance_of_an_element_is_reflectance_times_its_irradiance
   EXPECT_NEAR(light[1].r, 7.0f * 3.0f * 0.4f / std::numbers::pi_v<float>, 1e-5f);
 }
 
+TEST(FirstReflection, elements_of_a_simplified_room_are_seen_though_they_lie_behind_the_room) {
+  Sheet sheet;
+  test::RoomBuilder folds; // that the sheet stands for: half of them before it
+  folds.quad({0, 0, 0.01}, {1, 0, 0.01}, {1, 1, 0.01}, {0, 1, 0.01}, folds.material("grey"));
+  sheet.volume.room = folds.room;
+  const glm::dvec3 above{0.4, 0.45, 0.1};
+  const ShRadiance wanted = sheet.sent(above, 3.0f);
+  sheet.scene = *rays_of_light(sheet.volume);
+  EXPECT_EQ(sheet.sent(above, 3.0f).nine[0].g, 0.0f);
+  sheet.volume.simplified = {sheet.builder.room.vertices, {}};
+  for (const RoomTriangle& t : sheet.builder.room.triangles)
+    sheet.volume.simplified.triangles.push_back(t.vertex);
+  sheet.scene = *rays_of_light(sheet.volume);
+  EXPECT_EQ(sheet.sent(above, 3.0f).nine[0].g, wanted.nine[0].g);
+}
+
 TEST(FirstReflection, a_volume_that_does_not_name_its_elements_is_not_corrected) {
   Sheet sheet;
   sheet.volume.elements = {};

@@ -115,6 +115,19 @@ TEST(VolumeFile, unequal_regions_return) {
   EXPECT_EQ(file_of(*read, "rectangles2.volume"), file);
 }
 
+TEST(VolumeFile, simplified_surfaces_return_and_name_vertices_that_exist) {
+  BasisVolume volume = test::with_simplified_surfaces(sample_volume());
+  const Result<BasisVolume> read = parse_volume(file_of(volume, "simplified.volume"), "simplified");
+  ASSERT_TRUE(read) << read.error().message();
+  EXPECT_EQ(read->simplified.vertices, volume.simplified.vertices);
+  EXPECT_EQ(read->simplified.triangles, volume.simplified.triangles);
+  volume.simplified.triangles[1][2] = 4;
+  EXPECT_FALSE(check_volume(volume));
+  volume.simplified.triangles[1][2] = 3;
+  volume.simplified.vertices[0].x = std::numeric_limits<double>::infinity();
+  EXPECT_FALSE(check_volume(volume));
+}
+
 TEST(VolumeFile, tensors_are_aligned_to_64_bytes_and_leave_no_hole) {
   const std::vector<std::uint8_t> file = file_of(sample_volume(), "aligned.volume");
   std::uint64_t length = 0;

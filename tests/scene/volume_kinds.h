@@ -118,6 +118,11 @@ inline BasisVolume with_interpolated_probe(BasisVolume volume) {
   return volume;
 }
 
+inline BasisVolume with_simplified_surfaces(BasisVolume volume) {
+  volume.simplified = {{{0, 0, 0}, {4, 0, 0}, {4, 5, 0.01}, {0, 5, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  return volume;
+}
+
 inline std::vector<VolumeKind> volume_kinds() {
   std::vector<VolumeKind> list;
   list.push_back({"constant panes", plain_volume()});
@@ -135,6 +140,7 @@ inline std::vector<VolumeKind> volume_kinds() {
   list.push_back({"graded", graded(plain_volume()), BasisPrecision::float16});
   list.push_back({"graded, compact", graded(with_band4(compact_volume(1)))});
   list.push_back({"interpolated probe", with_interpolated_probe(graded(compact_volume(1)))});
+  list.push_back({"simplified surfaces", with_simplified_surfaces(compact_volume(1))});
   list.push_back({"graded, rectangles", graded(rectangle_volume())});
   return list;
 }
