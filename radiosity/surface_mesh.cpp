@@ -10,6 +10,7 @@
 #include <glm/geometric.hpp>
 
 #include "radiosity/detail/near_edges.h"
+#include "radiosity/detail/near_holes.h"
 #include "radiosity/detail/near_panes.h"
 #include "radiosity/detail/plane_groups.h"
 #include "radiosity/detail/plane_mesher.h"
@@ -169,12 +170,14 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
   const NearPanes panes(options.panes, mesh.origin, groups);
+  const NearHoles holes(options.holes);
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count of those that
   // the edge length decides within 5 %.
   const double first_m = options.edge_m > 0 ? options.edge_m : usual_m;
   const auto within_with = [&](double longer) {
     return [&, longer](const glm::dvec3& p, std::size_t group, double longest_m) {
-      return std::min(longest_m, longer * panes.edge_m(p, group)) * options.field.at(p + mesh.origin);
+      const double beside_m = std::min(longer * panes.edge_m(p, group), holes.edge_m(p, groups[group].normal));
+      return std::min(longest_m, beside_m) * options.field.at(p + mesh.origin);
     };
   };
   const auto count_with = [&](double longer) {

@@ -46,6 +46,9 @@ struct MeshOptions {
   SizeField field = {}; ///< where edges may be longer
   /// Windows: edges are short on the sills and reveals beside them.
   std::span<const Aperture> panes = {};
+  /// Corners of small holes between rooms, relative to the middle of the room: edges are short in the ducts that they
+  /// make of thick walls.
+  std::span<const std::vector<glm::dvec3>> holes = {};
 };
 
 /// Errors: limit_exceeded (finer than max_facets), geometry_invalid (no reflecting face).

@@ -95,11 +95,13 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
   p.probes = std::move(*probes);
   clock.finish("probes");
   p.field = radiosity::SizeField(room, p.room_scene, options.receivers);
+  p.holes = convex_outlines(small_holes(room, p.room_scene, p.apertures.list), room.bounds().centre());
   Result<radiosity::SurfaceMesh> mesh = radiosity::mesh_surfaces(room, {.edge_m = options.facet_edge_m,
                                                                         .target_facets = options.target_facets,
                                                                         .near_m = options.near_m,
                                                                         .field = p.field,
-                                                                        .panes = p.apertures.list});
+                                                                        .panes = p.apertures.list,
+                                                                        .holes = p.holes});
   if (!mesh)
     return mesh.error();
   p.mesh = std::move(*mesh);
@@ -113,7 +115,6 @@ Result<Problem> set_up(const Room& room, const BakeOptions& options, BakeReport&
                                       options.points.empty() ? std::span<const glm::dvec3>{} : points.at);
   for (radiosity::Patch& e : p.patches.patches)
     e.importance = static_cast<float>(importance(p.mesh, e.corner, p.field));
-  p.holes = convex_outlines(small_holes(room, p.room_scene, p.apertures.list), p.mesh.origin);
   report.apertures = p.apertures.report;
   report.facets = p.mesh.facets.size();
   report.fixed_facets = p.mesh.fixed_facets;
