@@ -175,12 +175,16 @@ private:
     return met;
   }
 
+  bool clear(const glm::dvec3& from, const glm::dvec3& way) const {
+    return !scene_.occluded(scene_.to_local(from), glm::vec3(way), 0.0f, 1.0f);
+  }
+
   bool witnessed(const RayEnd& from, const RayEnd& to, std::uint64_t seed) const {
     int seen = 0;
     for (std::uint32_t k = 0; k < kWitnesses && seen < kWitnessesNeeded; ++k) {
       const glm::dvec3 start = from.witness(r2_point(k, random_shift(seed)));
       const glm::dvec3 way = to.witness(r2_point(k, random_shift(~seed))) - start;
-      seen += scene_.occluded(scene_.to_local(start), glm::vec3(way), 0.0f, 1.0f) ? 0 : 1;
+      seen += clear(start, way) ? 1 : 0;
     }
     return seen >= kWitnessesNeeded;
   }
@@ -201,7 +205,7 @@ private:
   bool in_the_light(const Meeting& met) const {
     return std::ranges::none_of(std::array{kRaised, kBesideAtLeast}, [&](double raised) {
       const glm::dvec3 from = lit_point(met.side) + raised * offset_m_ * outward(met.side);
-      return scene_.occluded(scene_.to_local(from), glm::vec3(met.point - lit_point(met.side)), 0.0f, 1.0f);
+      return !clear(from, met.point - lit_point(met.side));
     });
   }
 
@@ -257,9 +261,8 @@ private:
       point = on_polygon(from, r2_point(k, random_shift(ray_seed(s, t.facet))));
       const glm::dvec3 other = on_polygon(to, r2_point(k, random_shift(ray_seed(t, s.facet))));
       const RayEnd start = end_on(s, point), end = end_on(t, other);
-      const bool found =
-          !scene_.occluded(scene_.to_local(start.point), glm::vec3(end.point - start.point), 0.0f, 1.0f) &&
-          in_the_light({t, other}) && witnessed(start, end, ray_seed(s, t.facet + k));
+      const bool found = clear(start.point, end.point - start.point) && in_the_light({t, other}) &&
+                         witnessed(start, end, ray_seed(s, t.facet + k));
       seen += found ? 1 : 0;
     }
     return seen >= kJoinsNeeded ? std::optional(point) : std::nullopt;

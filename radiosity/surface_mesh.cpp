@@ -170,7 +170,7 @@ Result<SurfaceMesh> mesh_surfaces(const Room& room, const MeshOptions& options) 
   mesh.planes = static_cast<std::uint32_t>(groups.size());
 
   const NearPanes panes(options.panes, mesh.origin, groups);
-  const NearHoles holes(options.holes);
+  const NearHoles holes(options.holes, groups);
   // A refined mesh has edges of about 0.7 of the bound; two or three corrections bring the count of those that
   // the edge length decides within 5 %.
   const double first_m = options.edge_m > 0 ? options.edge_m : usual_m;

@@ -13,14 +13,31 @@ namespace daylit::radiosity {
 namespace {
 
 constexpr double kThickest_m = 0.6; // of walls: so far a duct may go on from its outline
-constexpr double kBeside = 0.5;  // of the edge length: what lies so far off the prism over the outline may be its side
-constexpr double kAcross = 0.7;  // cosine between the normals of a side and the hole, at most
-constexpr double kOfSlit = 0.25; // of its longest extent
+constexpr double kBeside = 0.5; // of the edge length: what lies so far off the prism over the outline may be its side
+constexpr double kAcross = 0.7; // cosine between the normals of a side and the hole, at most
+constexpr double kParallel = 0.999, kInPlane = 0.01, kOfWall = 10.0; // to the wall, off it by so much of the width
+constexpr double kOfSlit = 0.25;                                     // of its longest extent
+
+double area_m2(const PlaneGroup& group) {
+  double twice = 0.0;
+  for (const auto& t : group.triangles)
+    twice += std::abs((t[1].x - t[0].x) * (t[2].y - t[0].y) - (t[1].y - t[0].y) * (t[2].x - t[0].x));
+  return 0.5 * twice;
+}
+
+/// `area`: normal of the hole times its area.
+bool is_in_wall(const glm::dvec3& corner, const glm::dvec3& area, std::span<const PlaneGroup> groups) {
+  const double size = glm::length(area);
+  return std::ranges::any_of(groups, [&](const PlaneGroup& g) {
+    return std::abs(glm::dot(g.normal, area)) > kParallel * size &&
+           std::abs(glm::dot(corner - g.point, g.normal)) < kInPlane * std::sqrt(size) && area_m2(g) > kOfWall * size;
+  });
+}
 
 } // namespace
 
 /// 2 A / U, half the width of a square or a circle; A: area, U: perimeter.
-NearHoles::NearHoles(std::span<const HoleOutline> holes) {
+NearHoles::NearHoles(std::span<const HoleOutline> holes, std::span<const PlaneGroup> groups) {
   for (const HoleOutline& outline : holes) {
     glm::dvec3 area(0.0);
     double perimeter = 0.0, longest = 0.0;
@@ -31,7 +48,7 @@ NearHoles::NearHoles(std::span<const HoleOutline> holes) {
       for (const glm::dvec3& c : outline)
         longest = std::max(longest, glm::distance(a, c));
     }
-    if (const double size = glm::length(area); size > 0.0)
+    if (const double size = glm::length(area); size > 0.0 && is_in_wall(outline[0], area, groups))
       holes_.push_back({outline, area / size, std::max(2.0 * size / perimeter, kOfSlit * longest)});
   }
 }

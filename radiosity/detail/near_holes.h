@@ -6,18 +6,19 @@
 #include <glm/vec3.hpp>
 
 #include "radiosity/detail/aimed_rays.h"
+#include "radiosity/detail/plane_groups.h"
 
 namespace daylit::radiosity {
 
 /// How long facet edges may be in the duct that a small hole makes of a thick wall: all light of a dark room behind it
 /// comes that way, and along it falls off within the width of the hole. Half that width, a quarter of the longest
-/// extent of a slit.
+/// extent of a slit. Holes in the plane of a wall, of ten times their area: the end of a tube, the leg of a table, is
+/// none.
 class NearHoles {
 public:
-  /// `holes`: of both ends of a duct, or of one; in the frame of edge_m().
-  explicit NearHoles(std::span<const HoleOutline> holes);
+  /// `holes`: of both ends of a duct, or of one; in the frame of `groups` and edge_m().
+  NearHoles(std::span<const HoleOutline> holes, std::span<const PlaneGroup> groups);
 
-  bool empty() const { return holes_.empty(); }
   /// At a point of a surface of this normal; infinite outside ducts.
   double edge_m(const glm::dvec3& p, const glm::dvec3& normal) const;
 

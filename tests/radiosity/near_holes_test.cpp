@@ -16,7 +16,7 @@ namespace {
 
 using testing::add_quad;
 
-constexpr double kWidth_m = 0.1, kThick_m = 0.3;
+constexpr double kWidth_m = 0.1, kThick_m = 0.3, kWall_m = 4.0;
 
 /// Of the hole in the plane x = 0, its middle at the origin.
 HoleOutline square() {
@@ -32,9 +32,7 @@ Room duct() {
   for (std::size_t k = 0; k < 4; ++k) {
     const glm::dvec3 &a = hole[k], &b = hole[(k + 1) % 4], in{kThick_m, 0, 0};
     add_quad(room, a, b, b + in, a + in, 1);
-    const glm::dvec3 far{0, 2.0 / kWidth_m * 2.0 * a.y, 2.0 / kWidth_m * 2.0 * a.z},
-        next{0, 2.0 / kWidth_m * 2.0 * b.y, 2.0 / kWidth_m * 2.0 * b.z};
-    add_quad(room, a, b, next, far, 0);
+    add_quad(room, a, b, kWall_m / kWidth_m * b, kWall_m / kWidth_m * a, 0);
   }
   return room;
 }
@@ -62,7 +60,7 @@ TEST(NearHoles, facets_in_a_duct_are_as_long_as_half_its_width_and_those_of_the_
 
 TEST(NearHoles, edges_are_short_on_the_sides_of_the_duct_alone) {
   const std::vector<HoleOutline> holes{square()};
-  const NearHoles near(holes);
+  const NearHoles near(holes, group_planes(duct(), glm::dvec3(0.0)));
   const double half = 0.5 * kWidth_m;
   EXPECT_DOUBLE_EQ(near.edge_m({0.2, 0.01, half}, {0, 0, 1}), half);
   EXPECT_DOUBLE_EQ(near.edge_m({-0.2, half, 0.03}, {0, -1, 0}), half);
@@ -72,9 +70,17 @@ TEST(NearHoles, edges_are_short_on_the_sides_of_the_duct_alone) {
     EXPECT_EQ(near.edge_m(p, normal), std::numeric_limits<double>::infinity()) << p.x;
 }
 
+TEST(NearHoles, the_end_of_a_tube_is_none) {
+  Room tube = duct();
+  std::erase_if(tube.triangles, [](const RoomTriangle& t) { return t.material == 0; });
+  const std::vector<HoleOutline> holes{square()};
+  const NearHoles near(holes, group_planes(tube, glm::dvec3(0.0)));
+  EXPECT_EQ(near.edge_m({0.2, 0.01, 0.5 * kWidth_m}, {0, 0, 1}), std::numeric_limits<double>::infinity());
+}
+
 TEST(NearHoles, a_slit_has_edges_of_a_quarter_of_its_length) {
   const std::vector<HoleOutline> holes{{{0, 0, 0}, {0, 0.3, 0}, {0, 0.3, 0.01}, {0, 0, 0.01}}};
-  EXPECT_NEAR(NearHoles(holes).edge_m({0.1, 0.1, 0}, {0, 0, 1}), 0.075, 1e-4);
+  EXPECT_NEAR(NearHoles(holes, group_planes(duct(), glm::dvec3(0.0))).edge_m({0.1, 0.1, 0}, {0, 0, 1}), 0.075, 1e-4);
 }
 
 } // namespace
