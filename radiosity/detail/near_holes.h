@@ -12,8 +12,7 @@ namespace daylit::radiosity {
 
 /// How long facet edges may be in the duct that a small hole makes of a thick wall: all light of a dark room behind it
 /// comes that way, and along it falls off within the width of the hole. Half that width, a quarter of the longest
-/// extent of a slit. Holes in the plane of a wall, of ten times their area: the end of a tube, the leg of a table, is
-/// none.
+/// extent of a slit. Holes in a wall: the end of a tube, the leg of a table, is none.
 class NearHoles {
 public:
   /// `holes`: of both ends of a duct, or of one; in the frame of `groups` and edge_m().
