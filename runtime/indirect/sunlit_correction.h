@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "runtime/indirect/sunlit_lanes.h"
 #include "runtime/indirect/sunlit_points.h"
 #include "runtime/indirect/window_visibility.h"
 #include "runtime/object/placed_parts.h"
@@ -37,7 +38,14 @@ public:
          const SurfacesKnown& known = {}) const;
 
 private:
-  std::vector<std::vector<SunlitPoint>> seen_; ///< of each part, with the power that reaches it
+  /// Points with the power that reaches a part.
+  struct Seen {
+    Seen(const glm::dvec3& centre, std::span<const SunlitPoint> seen);
+    glm::dvec3 origin;
+    std::vector<sunlit::Points> blocks;
+    std::vector<Rgb> power;
+  };
+  std::vector<Seen> seen_; ///< of each part
 };
 
 } // namespace daylit

@@ -55,8 +55,10 @@ struct SenderSide {
     if (cosine <= 0.0f)
       return 0.0f;
     const glm::vec3 w(glm::dot(world_from_local[0], world), glm::dot(world_from_local[1], world), cosine);
-    return visibility->sees(sender, back, w) ? cosine : 0.0f;
+    return sees(w) ? cosine : 0.0f;
   }
+  /// A unit vector above the side, in its frame.
+  bool sees(const glm::vec3& w) const { return visibility->sees(sender, back, w); }
 };
 
 } // namespace daylit
