@@ -15,9 +15,6 @@ namespace daylit {
 
 namespace {
 
-constexpr float kSmallSource = 0.02f;   // sine of the half angle of its lights
-constexpr std::size_t kAskedOfSmall = 4; // of its lights
-
 /// The disc of the given radius around the origin and the triangle share a point: an edge passes within the radius, or
 /// the origin lies on the same side of all edges.
 bool disc_meets_triangle(const std::array<glm::vec2, 3>& p, float radius) {
@@ -124,24 +121,6 @@ private:
 
 /// Counts from 0; anything where there is none.
 std::uint32_t last_of(const std::vector<LaneRgb>& values) { return static_cast<std::uint32_t>(values.size()) - 1u; }
-
-/// What the room keeps of the lights of a small source: where the first few of them say the same of all points, so do
-/// the others.
-class RoomBefore {
-public:
-  explicit RoomBefore(const TracedLights& lights) : small_(lights.cone.sine < kSmallSource) {}
-  bool is_known() const { return small_ && asked_ >= kAskedOfSmall && !(clear_ && blocked_); }
-  bool blocks() const { return blocked_; }
-  void add(LaneMask asked, LaneMask by_room) {
-    ++asked_;
-    clear_ = clear_ || (asked & ~by_room) != 0;
-    blocked_ = blocked_ || by_room != 0;
-  }
-
-private:
-  bool small_, clear_ = false, blocked_ = false;
-  std::size_t asked_ = 0;
-};
 
 /// Adds irradiance x e, and behind glass what is left of it.
 void add_past(const BlockedLights::Entry& taken, std::span<const LaneRgb> left, LaneMask by_room, const Rgb& irradiance,
@@ -278,7 +257,6 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
   if (room_blocks)
     aim(block, starts.of(0), own_surface);
   LaneRgb e;
-  RoomBefore room(lights);
   std::uint64_t rays = 0;
   auto next = blocked.entries.begin();
   for (std::size_t j = 0; j < lights.size(); ++j) {
@@ -290,16 +268,11 @@ std::uint64_t sum_lights(const TracedLights& lights, const BlockedLights& blocke
     const LaneMask wanted = room_blocks && (!on_objects || lights.room_may_block[j]) ? lit : 0u;
     const LaneVerdict known = room_hints.empty() ? LaneVerdict{} : room_hints[j];
     LaneMask by_room = wanted & known.blocked;
-    const LaneMask asked = wanted & ~known.clear & ~known.blocked;
-    if (asked && room.is_known()) {
-      by_room |= room.blocks() ? asked : 0u;
-    } else if (asked) {
+    if (const LaneMask asked = wanted & ~known.clear & ~known.blocked; asked) {
       if (starts.differ())
         aim(block, starts.of(j), own_surface);
       turn(block, lights.portal.direction(j));
-      const LaneMask kept = casters.occluders->occluded(asked, block);
-      room.add(asked, kept);
-      by_room |= kept;
+      by_room |= casters.occluders->occluded(asked, block);
       rays += count(asked);
     }
     add_past(taken, blocked.left, by_room, lights.portal.irradiance(j), e, sums);
