@@ -18,7 +18,7 @@ std::size_t fewer(std::size_t columns) {
 }
 
 constexpr std::size_t kFewRows = 2;  ///< times the columns of the sketch
-constexpr double kRangeShare = 0.07; ///< of the allowed error: what the rows may lose before they are factorised
+constexpr double kRangeShare = 0.25; ///< of the allowed error: what the rows may lose before they are factorised
 
 void scale_columns(std::vector<float>& rows, const std::vector<float>& scale) {
   for (std::size_t k = 0; k < rows.size(); ++k)
