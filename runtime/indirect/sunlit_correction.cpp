@@ -9,8 +9,8 @@ namespace daylit {
 
 namespace {
 
-constexpr double kInset = 0.1;        // of the box of an object, of the corners from which it is looked
-constexpr double kNearSpacings = 2.0; // fades in from there to twice that
+constexpr double kInset = 0.1;         // of the box of an object, of the corners from which it is looked
+constexpr double kNearSpacings = 2.0;  // fades in from there to twice that
 constexpr float kNothingKnown = 1e30f; // 1 / m
 
 /// Part of a point that the room leaves, as eight points about an object see it.

@@ -1,5 +1,9 @@
 #include "runtime/indirect/sunlit_correction.h"
 
+#include <cmath>
+#include <vector>
+
+#include <glm/geometric.hpp>
 #include <gtest/gtest.h>
 
 #include "sh/sh9.h"
@@ -66,6 +70,28 @@ TEST(SunlitCorrection, of_what_the_object_hides_takes_away_what_coefficients_gav
   const SunlitPoint point{kVertex - glm::dvec3(0, 0, 0.9), {0, 0, 1}, Rgb(5.0f), 0.1};
   EXPECT_NEAR(s.at(point, {0, 0, -1}, {}, false), 0.0f, 1e-6f);
   EXPECT_NEAR(s.at(point, {0, 0, -1}, {}, true), 5.0 / (kPi * 0.81), 1e-4);
+}
+
+// Sixteen at a time, the last block not full; some below the side, some turned away, some near, some known otherwise.
+TEST(SunlitCorrection, of_many_points_is_the_sum_of_those_of_each) {
+  const Lit s;
+  std::vector<SunlitPoint> points;
+  for (int k = 0; k < 37; ++k) {
+    const double a = 0.7 * k, z = 0.9 - 0.045 * k, r = 0.4 + 0.02 * k;
+    const glm::dvec3 d(r * std::cos(a), r * std::sin(a), z);
+    points.push_back({kVertex + d, glm::normalize(glm::dvec3(0.3, 0.1 * k - 2.0, 0.5) - d),
+                      Rgb(1.0f + 0.1f * static_cast<float>(k), 2.0f, 0.5f), 0.02 + 0.01 * (k % 7)});
+  }
+  const glm::vec3 n = glm::normalize(glm::vec3(0.2f, -0.3f, 0.9f));
+  const SenderSide side{&s.open, 0, false, VertexRays::frame(n)};
+  const SurfacesKnown known{kVertex + glm::dvec3(0.3, 0.0, 0.2), 0.9};
+  Rgb sum(0.0f);
+  for (const SunlitPoint& p : points)
+    sum += SunlitCorrection({&p, 1}, s.parts, s.windows).at(0, kVertex, side, unshadowed(n), known);
+  const Rgb together = SunlitCorrection(points, s.parts, s.windows).at(0, kVertex, side, unshadowed(n), known);
+  ASSERT_GT(glm::length(sum), 0.1f);
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(together[c], sum[c], 1e-5f * std::abs(sum[c]) + 1e-6f);
 }
 
 TEST(SunlitCorrection, fades_out_where_the_point_is_near_and_knows_the_room_before_it) {
