@@ -18,8 +18,8 @@ HWY_INLINE float within01(float x) {
   return low < 1.0f ? low : 1.0f;
 }
 
-/// cos' / (pi r^2), where r is more than twice the point's reach, and fading in from one reach on; times smoothstep(1/2,
-/// 1, distance from what is known / its reach).
+/// cos' / (pi r^2), where r is more than twice the point's reach, and fading in from one reach on; times
+/// smoothstep(1/2, 1, distance from what is known / its reach).
 HWY_INLINE float weight(const Points& p, const Receiver& to, int k, float dx, float dy, float dz, float r) {
   const float there = -(p.nx[k] * dx + p.ny[k] * dy + p.nz[k] * dz) / r;
   const float ex = p.x[k] - to.known_centre.x, ey = p.y[k] - to.known_centre.y, ez = p.z[k] - to.known_centre.z;
