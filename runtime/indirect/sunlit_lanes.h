@@ -31,8 +31,8 @@ struct Receiver {
   float per_known_reach; ///< 1 / m; very large: nothing is known
 };
 
-/// Of each point: what a unit of its power sends there, 1 / m^2, if the receiver faces it (0: nothing); its direction in
-/// the receiver's frame, whose z is the cosine; and what nine coefficients take for the cosine.
+/// Of each point: what a unit of its power sends there, 1 / m^2, if the receiver faces it (0: nothing); its direction
+/// in the receiver's frame, whose z is the cosine; and what nine coefficients take for the cosine.
 struct alignas(64) Views {
   float weight[kLanes], x[kLanes], y[kLanes], z[kLanes], coefficients[kLanes];
 };
