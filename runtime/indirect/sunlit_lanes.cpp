@@ -1,6 +1,8 @@
 #include "runtime/indirect/sunlit_lanes.h"
 
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 #include "sh/sh9.h"
@@ -28,11 +30,13 @@ HWY_INLINE float weight(const Points& p, const Receiver& to, int k, float dx, fl
   return share * (there > 0.0f ? there : 0.0f) / (std::numbers::pi_v<float> * r * r);
 }
 
-/// The closed form of sh::evaluate9(), summed with the transfer vector.
+/// sum_lm Y_lm C_lm
 HWY_INLINE float times_nine(const TransferVector& t, float x, float y, float z) {
-  constexpr float c0 = 0.28209479f, c1 = 0.48860251f, c2 = 1.09254843f, c20 = 0.31539157f, c22 = 0.54627422f;
-  return c0 * t[0] + c1 * (y * t[1] + z * t[2] + x * t[3]) + c2 * (x * y * t[4] + y * z * t[5] + x * z * t[7]) +
-         c20 * (3.0f * z * z - 1.0f) * t[6] + c22 * (x * x - y * y) * t[8];
+  const std::array<float, 9> harmonic = sh::evaluate9(x, y, z);
+  float sum = 0.0f;
+  for (std::size_t i = 0; i < harmonic.size(); ++i)
+    sum += harmonic[i] * t[i];
+  return sum;
 }
 
 void view(const Points& p, const Receiver& to, Views& out) {

@@ -3,8 +3,6 @@
 // Sixteen sunlit points at a time as a vertex sees them, compiled for several instruction sets. Plain loops over lanes:
 // straight-line selections instead of branches, so that the compiler makes vectors of them.
 
-#include <array>
-
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 

@@ -94,6 +94,18 @@ TEST(SunlitCorrection, of_many_points_is_the_sum_of_those_of_each) {
     EXPECT_NEAR(together[c], sum[c], 1e-5f * std::abs(sum[c]) + 1e-6f);
 }
 
+TEST(SunlitCorrection, of_what_is_known_otherwise_only_the_share_beyond_counts) {
+  const Lit s;
+  const SenderSide side{&s.open, 0, false, VertexRays::frame({0, 0, -1})};
+  const SunlitPoint point{kVertex - glm::dvec3(0, 0, 0.9), {0, 0, 1}, Rgb(5.0f), 0.1};
+  const SunlitCorrection correction({&point, 1}, s.parts, s.windows);
+  const float all = correction.at(0, kVertex, side, {}).g;
+  for (const double reach : {0.5, 1.0, 1.2, 1.7, 2.0}) {
+    const SurfacesKnown known{kVertex, reach};
+    EXPECT_NEAR(correction.at(0, kVertex, side, {}, known).g, known.share_beyond(point.position) * all, 1e-5f) << reach;
+  }
+}
+
 TEST(SunlitCorrection, fades_out_where_the_point_is_near_and_knows_the_room_before_it) {
   const Lit s;
   const auto light = [&](double spacing, const glm::dvec3& to) {
