@@ -92,28 +92,5 @@ TEST(CheaperBake, long_one_says_so_with_three_ways_that_take_less_and_a_short_on
   EXPECT_NE(said(750).find("--regions uniform:256"), std::string::npos);
 }
 
-std::string bytes_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-TEST(BakeInTime, says_which_options_give_the_same_bits) {
-  const std::filesystem::path folder = ::testing::TempDir() + "time" + std::to_string(::getpid());
-  std::filesystem::create_directory(folder);
-  const std::string programs = DAYLIT_BINARY_DIR "/bin/", in = "cd " + folder.string() + "; " + programs;
-  const ShellOutcome timed = shell(in + "daylit-precompute " DAYLIT_SOURCE_DIR
-                                        "/tests/fixtures/truth/s3_furnace.obj --time 0.15 -o a.volume --threads 2");
-  ASSERT_EQ(timed.exit_code, 0) << timed.text;
-  const std::string mark = "the same bits again, on any machine: ";
-  const std::size_t at = timed.text.find(mark);
-  ASSERT_NE(at, std::string::npos) << timed.text;
-  const std::string again = timed.text.substr(at + mark.size(), timed.text.find('\n', at) - at - mark.size());
-  const ShellOutcome same = shell(in + again + " -o b.volume --threads 1");
-  EXPECT_EQ(same.exit_code, 0) << again << "\n" << same.text;
-  EXPECT_FALSE(bytes_of(folder / "a.volume").empty());
-  EXPECT_EQ(bytes_of(folder / "a.volume"), bytes_of(folder / "b.volume"));
-  std::filesystem::remove_all(folder);
-}
-
 } // namespace
 } // namespace daylit::precompute

@@ -290,39 +290,5 @@ TEST(PlannedBake, prediction_and_measurement_agree_within_a_factor_of_two_and_th
   EXPECT_LT(std::abs(std::log2(baked->measured.total / baked->plan.predicted.total)), 1.0);
 }
 
-/// A white table before a window.
-RoomFile room_with_table() {
-  test::RoomBuilder b;
-  const auto wall = b.material("wall", Rgb(0.6f)), dark = b.material("floor", Rgb(0.2f)),
-             white = b.material("white", Rgb(0.8f));
-  b.box({0, 0, 0}, {3, 3, 2.4}, wall, 63 & ~(8u | 16u));
-  b.quad({0, 0, 0}, {3, 0, 0}, {3, 3, 0}, {0, 3, 0}, dark);
-  b.wall_with_hole(3, 0, 3, 0, 2.4, 0.8, 2.2, 0.9, 2.0, wall);
-  b.box({0.9, 1.4, 0.71}, {2.1, 2.2, 0.74}, white);
-  RoomFile file;
-  file.room = std::move(b.room);
-  return file;
-}
-
-/// A few points of 128 decide the figure: the mean over four bakes.
-TEST(BakeToError, light_where_objects_stand_is_measured_and_near_planes_make_it_better) {
-  const auto go_on = [](const std::string&, double) { return true; };
-  double with = 0, without = 0;
-  for (const double max_error : {0.05, 0.04, 0.03, 0.025})
-    for (const bool graded : {true, false}) {
-      PlanRequest request;
-      request.max_error = max_error;
-      if (!graded)
-        request.graded = false;
-      const auto baked = bake_to_error(room_with_table(), request, nullptr, go_on, [](const std::string&) {});
-      ASSERT_TRUE(baked) << baked.error().message();
-      EXPECT_EQ(baked->measured.standing_points, 128u);
-      (graded ? with : without) += baked->measured.standing / 4;
-    }
-  EXPECT_GT(with, 0.003);
-  EXPECT_LT(with, 0.05);
-  EXPECT_LT(with, 0.95 * without) << without; // most is taken from the surfaces themselves, which needs no planes
-}
-
 } // namespace
 } // namespace daylit::precompute

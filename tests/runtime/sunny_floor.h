@@ -38,7 +38,7 @@ inline BasisVolume with_floor_elements(BasisVolume volume, const Rectangle& r) {
   return volume;
 }
 
-/// Spheres of 0.1 m in the box room; every seventh vertex sends light.
+/// Spheres of 0.1 m in the box room; every other vertex sends light.
 struct SunnyFloor {
   static constexpr float kRadius = 0.1f, kPane = 0.8f, kSun = 3.0f;
   std::vector<Aperture> panes = box_window(Rgb(kPane));
@@ -60,7 +60,10 @@ struct SunnyFloor {
     model.self = *SelfExchange::make(mesh, model.rays, model.senders, false);
     return std::make_shared<const VirtualObjects::Model>(std::move(model));
   }
-  void stand_at(const std::vector<glm::dvec3>& places) { stand_at(places, model_of(room.mesh), 7, false); }
+  void stand_at(const std::vector<glm::dvec3>& places) {
+    static const auto sphere = model_of(torus(0.0f, kRadius, 48, 32));
+    stand_at(places, sphere, 2, false);
+  }
   /// Every `step`th vertex sends light.
   void stand_at(const std::vector<glm::dvec3>& places, const std::shared_ptr<const VirtualObjects::Model>& model,
                 std::uint32_t step, bool has_back) {
