@@ -21,6 +21,9 @@ constexpr double kLowest = 0.01, kHighest = 0.30;            ///< metres above a
 constexpr float kClear = 0.009f;                             ///< metres from everything: nothing touches a wall
 constexpr std::array<double, 3> kHeights{0.015, 0.08, 0.25}; ///< metres of planes above a face
 constexpr std::array<double, 3> kInside{0.015, 0.045, 0.1};  ///< metres from an edge
+constexpr std::array<double, 2> kBefore{0.015, 0.06};        ///< metres before the sides of furniture,
+constexpr std::array<double, 2> kLower{0.015, 0.08};         ///< and there, metres below its top
+constexpr double kSides = 0.12;                              ///< metres before a side: so far these are wanted
 constexpr double kNarrow = 0.5;                              ///< metres, of a shelf or a sill
 constexpr double kShared = 0.3;               ///< so far, of its distance from a face or wall, may a plane be elsewhere
 constexpr double kSharedEdge = 0.02;          ///< metres, the same inside an edge
@@ -113,6 +116,36 @@ void add_beside_edges(const StandingFace& face, const Bounds& room, int axis, st
   }
 }
 
+/// The air before a side of what ends in the face.
+Bounds before_side(const StandingFace& face, int axis, double outwards) {
+  Bounds air = face.box;
+  for (int k = 0; k < 2; ++k) {
+    air.min[k] -= k == axis ? kSides : kSharedEdge;
+    air.max[k] += k == axis ? kSides : kSharedEdge;
+  }
+  (outwards > 0 ? air.min : air.max)[axis] = outwards > 0 ? face.box.max[axis] : face.box.min[axis];
+  air.min.z -= kReach;
+  air.max.z += kSides;
+  return air;
+}
+
+/// Planes before the sides of furniture and below its top: beside its edge a point at the height of the top sees what
+/// probes above it and at its foot do not.
+void add_before_sides(const StandingFace& face, const Bounds& room, Planes& planes) {
+  for (int axis = 0; axis < 2; ++axis)
+    for (const double outwards : {1.0, -1.0}) {
+      const double side = outwards > 0 ? face.box.max[axis] : face.box.min[axis],
+                   wall = outwards > 0 ? room.max[axis] : room.min[axis];
+      if (std::abs(side - wall) < kSharedEdge)
+        continue;
+      const Bounds air = before_side(face, axis, outwards);
+      for (const double d : kBefore)
+        add_plane(planes[static_cast<std::size_t>(axis)], side + outwards * d, kShared * d, air);
+      for (const double h : kLower)
+        add_plane(planes[2], face.box.max.z - h, kShared * h, air);
+    }
+}
+
 /// Triangle of a place `u` in 0..1 along the summed areas.
 const RoomTriangle& triangle_at(const Room& room, const std::vector<StandingFace>& faces, double u) {
   double total = 0;
@@ -166,8 +199,8 @@ void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, con
     planes.push_back({at, {where}});
 }
 
-/// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles (docs/notes/bake.md
-/// says what was measured).
+/// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles. Then, where planes are left,
+/// before the sides of these (docs/notes/bake.md says what was measured).
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
   Planes planes;
   for (const StandingFace& f : faces) {
@@ -176,6 +209,9 @@ Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
     for (int axis = 0; axis < 2 && is_rectangle(f); ++axis)
       add_beside_edges(f, room, axis, planes[static_cast<std::size_t>(axis)]);
   }
+  for (const StandingFace& f : faces)
+    if (is_rectangle(f))
+      add_before_sides(f, room, planes);
   for (std::vector<ProbePlane>& along : planes)
     std::ranges::sort(along, {}, &ProbePlane::at);
   return planes;

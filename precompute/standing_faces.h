@@ -37,8 +37,9 @@ using Planes = std::array<std::vector<ProbePlane>, 3>;
 /// where there are 48: the caller brings the most wanted first, and sorts them when all are there.
 void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance_m, const Bounds& where);
 
-/// Planes of probes close above those faces and just inside the edges of those that are rectangles along the axes.
-/// Few: one plane serves all faces that ask for about the same one, and is wanted above these.
+/// Planes of probes close above those faces, just inside the edges of those that are rectangles along the axes, and
+/// before the sides of what these end. Few: one plane serves all faces that ask for about the same one, and is wanted
+/// there.
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room);
 
 /// Points 1 to 30 cm above the faces (R3 sequence over area and the logarithm of height, Roberts 2018), world metres:
