@@ -177,11 +177,12 @@ Result<void> place_points(const Room& room, std::vector<StandingFace> faces, Cal
     return rooms.error();
   calibration.near_surfaces = planes_near(faces, calibration.bounds);
   add_planes_near(small_holes(room, *rays, apertures->list), calibration.near_surfaces);
+  options.near_surfaces = calibration.near_surfaces;
+  add_planes_beside(faces, calibration.bounds, calibration.near_surfaces);
   calibration.standing = std::move(*standing);
   calibration.receivers = thinned(*in_air, kReceivers);
   calibration.rooms = std::move(*rooms);
   options.held_out = std::move(*in_air);
-  options.near_surfaces = calibration.near_surfaces;
   return {};
 }
 

@@ -18,7 +18,8 @@ bool holds(const Bounds& box, const glm::dvec3& p) {
 }
 
 bool wanted(const ProbePlane& plane, const glm::dvec3& p) {
-  return plane.where.empty() || std::ranges::any_of(plane.where, [&](const Bounds& box) { return holds(box, p); });
+  const auto in = [&](const Bounds& box) { return holds(box, p); };
+  return plane.where.empty() || std::ranges::any_of(plane.where, in) || std::ranges::any_of(plane.beside, in);
 }
 
 /// Visits the probes of the planes, x fastest: visit(index, position, plane of each axis).

@@ -161,8 +161,11 @@ Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m
   for (int axis = 0; axis < 3; ++axis) {
     const auto k = static_cast<std::size_t>(axis);
     const double size = room.size()[axis], margin = wall_margin(size, spacing_m);
-    std::vector<ProbePlane> near = near_surfaces[k];
+    std::vector<ProbePlane> near = near_surfaces[k], added;
     std::erase_if(near, [&](const ProbePlane& p) { return p.at <= room.min[axis] || p.at >= room.max[axis]; });
+    const auto first_added = std::ranges::stable_partition(near, [](const ProbePlane& p) { return !p.added; }).begin();
+    added.assign(first_added, near.end());
+    near.erase(first_added, near.end());
     const double first = std::min(room.min[axis] + margin, near.empty() ? room.max[axis] : near.front().at),
                  last = std::max(room.max[axis] - margin, near.empty() ? room.min[axis] : near.back().at);
     const auto is_end = [&](const ProbePlane& p) { return std::min(p.at - first, last - p.at) < kSamePlane * margin; };
@@ -174,6 +177,9 @@ Planes grid_planes(const Bounds& room, const glm::ivec3& count, double spacing_m
     std::erase_if(near, [&](const ProbePlane& p) { return std::ranges::binary_search(common, p.at); });
     const int wanted = count[axis] > 0 ? count[axis] : axis_count(size - 2.0 * margin, spacing_m);
     planes[k] = joined(planes_of(density[k], wanted, first, last, common), std::move(near));
+    std::ranges::copy_if(added, std::back_inserter(planes[k]),
+                         [&](const ProbePlane& p) { return p.at > first && p.at < last; });
+    std::ranges::sort(planes[k], {}, &ProbePlane::at);
   }
   return planes;
 }

@@ -21,8 +21,9 @@ BakeOptions options_in_frame(const BakeOptions& world, const RoomFrame& frame) {
   for (int k = 0; k < 3; ++k)
     for (ProbePlane& plane : local.near_surfaces[static_cast<std::size_t>(k)]) {
       plane.at = (plane.at - frame.origin[k]) / frame.unit_m;
-      for (Bounds& box : plane.where)
-        box = {frame.to_local(box.min), frame.to_local(box.max)};
+      for (std::vector<Bounds>* boxes : {&plane.where, &plane.beside})
+        for (Bounds& box : *boxes)
+          box = {frame.to_local(box.min), frame.to_local(box.max)};
     }
   for (glm::dvec3& p : local.points)
     p = frame.to_local(p);

@@ -129,8 +129,15 @@ Bounds before_side(const StandingFace& face, int axis, double outwards) {
   return air;
 }
 
-/// Planes before the sides of furniture and below its top: beside its edge a point at the height of the top sees what
-/// probes above it and at its foot do not.
+void add_beside(std::vector<ProbePlane>& planes, double at, double distance_m, const Bounds& air) {
+  const auto known =
+      std::ranges::find_if(planes, [&](const ProbePlane& p) { return std::abs(p.at - at) <= kShared * distance_m; });
+  if (known != planes.end())
+    known->beside.push_back(air);
+  else if (planes.size() < kMostPlanes)
+    planes.push_back({at, {air}, {}, true});
+}
+
 void add_before_sides(const StandingFace& face, const Bounds& room, Planes& planes) {
   for (int axis = 0; axis < 2; ++axis)
     for (const double outwards : {1.0, -1.0}) {
@@ -140,9 +147,9 @@ void add_before_sides(const StandingFace& face, const Bounds& room, Planes& plan
         continue;
       const Bounds air = before_side(face, axis, outwards);
       for (const double d : kBefore)
-        add_plane(planes[static_cast<std::size_t>(axis)], side + outwards * d, kShared * d, air);
+        add_beside(planes[static_cast<std::size_t>(axis)], side + outwards * d, d, air);
       for (const double h : kLower)
-        add_plane(planes[2], face.box.max.z - h, kShared * h, air);
+        add_beside(planes[2], face.box.max.z - h, h, air);
     }
 }
 
@@ -199,8 +206,8 @@ void add_plane(std::vector<ProbePlane>& planes, double at, double tolerance, con
     planes.push_back({at, {where}});
 }
 
-/// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles. Then, where planes are left,
-/// before the sides of these (docs/notes/bake.md says what was measured).
+/// z: 1.5, 8 and 25 cm above each face. x and y: 1.5, 4.5 and 10 cm inside rectangles (docs/notes/bake.md
+/// says what was measured).
 Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
   Planes planes;
   for (const StandingFace& f : faces) {
@@ -209,12 +216,17 @@ Planes planes_near(const std::vector<StandingFace>& faces, const Bounds& room) {
     for (int axis = 0; axis < 2 && is_rectangle(f); ++axis)
       add_beside_edges(f, room, axis, planes[static_cast<std::size_t>(axis)]);
   }
+  for (std::vector<ProbePlane>& along : planes)
+    std::ranges::sort(along, {}, &ProbePlane::at);
+  return planes;
+}
+
+void add_planes_beside(const std::vector<StandingFace>& faces, const Bounds& room, Planes& planes) {
   for (const StandingFace& f : faces)
     if (is_rectangle(f))
       add_before_sides(f, room, planes);
   for (std::vector<ProbePlane>& along : planes)
     std::ranges::sort(along, {}, &ProbePlane::at);
-  return planes;
 }
 
 /// Point k of the R3 sequence: place in the summed areas, place in the triangle, height kLowest (kHighest / kLowest)^u.

@@ -73,9 +73,9 @@ TEST(StandingFaces, a_plane_that_serves_two_of_them_is_there_once) {
   b.box({1, 1, 0.74}, {2, 2, 0.75}, grey, 32);
   b.box({1.005, 3, 0.74}, {2.005, 4, 0.752}, grey, 32); // 5 and 2 mm elsewhere
   const Planes planes = planes_near(*standing_faces(b.room), b.room.bounds());
-  EXPECT_EQ(planes[2].size(), 6u + 2u) << "above both, and below their tops";
-  EXPECT_EQ(planes[0].size(), 6u + 6u) << "inside both, and before their sides: 1.5 cm before each, 6 cm before both";
-  EXPECT_EQ(planes[1].size(), 10u + 8u);
+  EXPECT_EQ(planes[2].size(), 6u);
+  EXPECT_EQ(planes[0].size(), 6u);
+  EXPECT_EQ(planes[1].size(), 10u);
 }
 
 TEST(StandingFaces, planes_lie_before_the_sides_of_furniture_and_below_its_top_and_are_wanted_there_alone) {
@@ -83,21 +83,26 @@ TEST(StandingFaces, planes_lie_before_the_sides_of_furniture_and_below_its_top_a
   const auto grey = b.material("grey");
   b.box({0, 0, 0}, {4, 5, 3}, grey);
   b.box({0, 2, 0}, {1, 3, 0.8}, grey); // a chest at the wall
-  const Planes planes = planes_near(*standing_faces(b.room), b.room.bounds());
+  const auto faces = standing_faces(b.room);
+  Planes planes = planes_near(*faces, b.room.bounds());
+  const std::size_t without = planes[0].size();
+  add_planes_beside(*faces, b.room.bounds(), planes);
   const auto wanted = [&](int axis, double at, const glm::dvec3& p) {
     const auto& along = planes[static_cast<std::size_t>(axis)];
     const auto plane = std::ranges::find_if(along, [&](const ProbePlane& q) { return std::abs(q.at - at) < 1e-9; });
-    return plane != along.end() && std::ranges::any_of(plane->where, [&](const Bounds& box) {
-             return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
-           });
+    const auto holds = [&](const Bounds& box) {
+      return glm::all(glm::greaterThanEqual(p, box.min)) && glm::all(glm::lessThanEqual(p, box.max));
+    };
+    return plane != along.end() &&
+           (std::ranges::any_of(plane->where, holds) || std::ranges::any_of(plane->beside, holds));
   };
   for (const double d : {0.015, 0.06}) {
     EXPECT_TRUE(wanted(0, 1 + d, {1 + d, 2.5, 0.5})) << d;
     EXPECT_TRUE(wanted(1, 2 - d, {0.5, 2 - d, 0.5})) << d;
     EXPECT_FALSE(wanted(0, 1 + d, {1 + d, 3.5, 0.5})) << d << ": not beside it";
     EXPECT_FALSE(wanted(0, 1 + d, {1 + d, 2.5, 1.0})) << d << ": not above it";
-    EXPECT_FALSE(near_one_of(planes[0], -d)) << "nor behind the wall";
   }
+  EXPECT_EQ(planes[0].size(), without + 2) << "none behind the wall";
   for (const double h : {0.015, 0.08}) {
     EXPECT_TRUE(wanted(2, 0.8 - h, {1.05, 2.5, 0.8 - h})) << h;
     EXPECT_FALSE(wanted(2, 0.8 - h, {2.0, 2.5, 0.8 - h})) << h;
