@@ -4,18 +4,13 @@
 #include <numbers>
 #include <random>
 
+#include "bench/clones.h"
 #include "sh/zonal.h"
 
 namespace daylit::bench {
 namespace {
 
 constexpr std::size_t kPack = 16, kLobes = kExponents.size();
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define DAYLIT_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define DAYLIT_CLONES
-#endif
 
 /// sums[exponent][weight, r, g, b][lane] += contribution of kPack pixels. power[k]: cos^kExponents[k].
 DAYLIT_CLONES void add_pack(const double* x, const double* y, const double* z, const double* w, const double* rgb,

@@ -2,16 +2,12 @@
 
 #include <algorithm>
 
+#include "bench/clones.h"
+
 namespace daylit::bench {
 namespace {
 
 constexpr std::size_t kPack = 32;
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define DAYLIT_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#else
-#define DAYLIT_CLONES
-#endif
 
 /// Pixels side by side; weight 0 in the padding.
 struct Pixels {
