@@ -74,7 +74,7 @@ double mesh_error(const CalibrationBake& calibration, double facets);
 /// scaled so that kPatchFraction and kElementFraction of N facets are worth N.
 double equivalent_facets(double patches, double elements);
 /// Patches and elements per facet of that mesh: direct light on finer parts than the rest (detail/light_elements.h).
-inline constexpr double kPatchFraction = 0.65, kElementFraction = 1.6;
+inline constexpr double kPatchFraction = 0.65, kElementFraction = 1.75;
 /// Grid error at a mean spacing and so many rays per probe; `at_calibration`: without noise, in the calibration bake.
 double grid_error(const CalibrationBake& calibration, double spacing_m, double rays, double at_calibration);
 

@@ -1,11 +1,14 @@
 #include "precompute/detail/light_elements.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <queue>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "scene/core/orthonormal.h"
 #include "scene/core/parallel.h"
 #include "scene/room/pane_outline.h"
 
@@ -37,6 +40,9 @@ constexpr double kInside = 0.9;  // of the way from a middle to a corner: where 
 constexpr double kHidden = 0.1;  // of what faces an aperture: what it counts if it sees none of the points looked for
 constexpr double kBeside = 0.25; // of a pane's width: nearer than that its light changes within the distance from it
 constexpr double kNearest = 1.0 / 32.0;
+constexpr int kWaysOver = 8;        // a facet to the surfaces beside it,
+constexpr double kOver = 0.03;      // of its size above it
+constexpr double kFinest = 3.0;     // times shorter than elsewhere are elements beside another surface, at most
 constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
 /// The middle of an outline and a point near each corner.
@@ -75,6 +81,24 @@ public:
     return more;
   }
 
+  /// The same beside another surface, as in a corner, where light falls off within the distance from it: elements are
+  /// as large as that.
+  double beside_surfaces(const radiosity::Patch& e) const {
+    const double size = std::sqrt(2.0 * e.area_m2);
+    const OrthonormalBasis basis(e.normal);
+    const glm::vec3 from(e.middle() + kOver * size * e.normal + to_room_);
+    double nearest = size;
+    for (int k = 0; k < kWaysOver; ++k) {
+      const double a = 2.0 * std::numbers::pi * k / kWaysOver;
+      RayHit hit;
+      if (room_.closest(from, glm::vec3(std::cos(a) * basis.u + std::sin(a) * basis.v), 0.0f,
+                        static_cast<float>(nearest), hit))
+        nearest = static_cast<double>(hit.distance);
+    }
+    const double finer = std::min(size / std::max(nearest, 1e-9), kFinest);
+    return finer * finer;
+  }
+
   double of(const radiosity::Patch& e) const {
     double seen = 0, faced = 0;
     for (const glm::dvec3& from : points_of(e.corner, glm::dvec3(0.0)))
@@ -105,7 +129,8 @@ private:
   std::vector<PaneOutline> pane_;
 };
 
-/// How often each facet is halved: always the facet whose parts have the largest exposure * area, more beside panes.
+/// How often each facet is halved: always the facet whose parts have the largest exposure * area, more beside panes and
+/// in corners.
 std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                            const SunExposure& exposure, const radiosity::SizeField& field, std::size_t count) {
   struct Part {
@@ -113,11 +138,14 @@ std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::
     std::uint32_t facet;
     bool operator<(const Part& o) const { return size != o.size ? size < o.size : facet > o.facet; }
   };
-  std::vector<double> exposed(mesh.facets.size(), 0.0);
+  std::vector<double> exposed(mesh.facets.size(), 0.0), more(mesh.facets.size(), 1.0);
   parallel_for(std::size_t{0}, exposed.size(), [&](std::size_t p) {
     for (const std::int32_t side : patches.of_facet[p])
-      if (side >= 0)
-        exposed[p] = std::max(exposed[p], exposure.of(patches.patches[static_cast<std::size_t>(side)]));
+      if (side >= 0) {
+        const radiosity::Patch& patch = patches.patches[static_cast<std::size_t>(side)];
+        exposed[p] = std::max(exposed[p], exposure.of(patch));
+        more[p] = std::max({more[p], exposure.beside_panes(patch.middle()), exposure.beside_surfaces(patch)});
+      }
   });
   std::priority_queue<Part> queue;
   for (std::uint32_t p = 0; p < mesh.facets.size(); ++p)
@@ -125,7 +153,7 @@ std::vector<int> find_cuts(const radiosity::SurfaceMesh& mesh, const radiosity::
       const Facet& f = mesh.facets[p];
       const glm::dvec3 middle = (f.corner[0] + f.corner[1] + f.corner[2]) / 3.0;
       const double larger = field.at(mesh.origin + middle);
-      queue.push({exposed[p] * exposure.beside_panes(middle) * f.area_m2 / (larger * larger), p});
+      queue.push({exposed[p] * more[p] * f.area_m2 / (larger * larger), p});
     }
   std::vector<int> cuts(mesh.facets.size(), 0);
   // All parts of a facet are cut together.

@@ -27,8 +27,8 @@ struct LightElements {
   LinearLight further;               ///< what of the patches' light after further bounces each has
 
   /// Cuts facets in two along their longest edge until there are `count`, first those that are large (by the field) and
-  /// face a visible aperture, smaller beside a pane; none that get no light from above the horizon, where suns are.
-  /// `room`: its reflecting surfaces. A function of the input alone.
+  /// face a visible aperture, smaller beside a pane and in corners; none that get no light from above the horizon,
+  /// where suns are. `room`: its reflecting surfaces. A function of the input alone.
   static Result<LightElements> make(const radiosity::SurfaceMesh& mesh, const radiosity::PatchSet& patches,
                                     const std::vector<Aperture>& apertures, const RayScene& room,
                                     const radiosity::SizeField& field, std::size_t count);
