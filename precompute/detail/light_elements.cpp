@@ -42,7 +42,7 @@ constexpr double kBeside = 0.25; // of a pane's width: nearer than that its ligh
 constexpr double kNearest = 1.0 / 32.0;
 constexpr int kWaysOver = 8;        // a facet to the surfaces beside it,
 constexpr double kOver = 0.03;      // of its size above it
-constexpr double kFinest = 3.0;     // times shorter than elsewhere are elements beside another surface, at most
+constexpr double kFinest = 2.0;     // times shorter than elsewhere are elements beside another surface, at most
 constexpr float kWholeWay = 0.999f; // of a ray to an aperture
 
 /// The middle of an outline and a point near each corner.
