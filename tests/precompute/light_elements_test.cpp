@@ -1,5 +1,6 @@
 // Patches cut into elements: nothing is lost, and from afar a patch counts as one.
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -95,6 +96,30 @@ TEST(LightElements, are_smaller_on_a_floor_beside_a_pane) {
   }
   ASSERT_GT(count[0], 5);
   EXPECT_LT(area_m2[1] / count[1], 0.4 * area_m2[0] / count[0]);
+}
+
+/// A skylight above the middle of the floor, which has more of its light than the floor along the walls.
+TEST(LightElements, are_smaller_on_a_floor_beside_a_wall) {
+  Room room;
+  room.materials.emplace_back();
+  room.materials.back().reflectance = Rgb(0.5f);
+  bench::add_box(room, {0, 0, 0}, {4, 4, 3}, 0b111101u, true);
+  bench::add_quad(room, {0, 0, 3}, {4, 0, 3}, {4, 1.5, 3}, {0, 1.5, 3});
+  bench::add_quad(room, {0, 2.5, 3}, {4, 2.5, 3}, {4, 4, 3}, {0, 4, 3});
+  bench::add_quad(room, {0, 1.5, 3}, {1.5, 1.5, 3}, {1.5, 2.5, 3}, {0, 2.5, 3});
+  bench::add_quad(room, {2.5, 1.5, 3}, {4, 1.5, 3}, {4, 2.5, 3}, {2.5, 2.5, 3});
+  const Cut cut = cut_room(room, 1600);
+  double area_m2[2] = {}, count[2] = {}; // of the floor in the middle, and along the walls
+  for (const radiosity::Patch& element : cut.elements.patches.patches) {
+    const glm::dvec3 at = cut.problem.mesh.origin + (element.corner[0] + element.corner[1] + element.corner[2]) / 3.0;
+    const double wall_m = std::min({at.x, 4.0 - at.x, at.y, 4.0 - at.y});
+    if (element.normal.z < 0.9 || (wall_m > 0.25 && wall_m < 1.2))
+      continue;
+    area_m2[wall_m <= 0.25] += element.area_m2;
+    ++count[wall_m <= 0.25];
+  }
+  ASSERT_GT(count[0], 5);
+  EXPECT_LT(area_m2[1] / count[1], 0.8 * area_m2[0] / count[0]);
 }
 
 TEST(LightElements, are_the_patches_where_none_are_asked_for) {
